@@ -1,0 +1,248 @@
+"""A component: declared variables and the equations between them. Everything else is derived from these."""
+
+import inspect
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, ClassVar
+
+import casadi as ca
+import numpy as np
+
+from .errors import ComponentError, nearest
+from .functions import Functions
+from .units import UNITS
+from .variables import CalculatedParameter, Input, Output, Parameter, State, Variable, resolve
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A condition of `check`: violated unless margin > 0.
+
+    text: the message, with one {} for each of `shown` (numbers to print, in the units that the text names).
+    """
+
+    margin: Any
+    text: str
+    shown: tuple[Any, ...] = ()
+
+
+class Component:
+    """Base of every component that is written as CasADi expressions.
+
+    A subclass declares variables as class attributes, structural parameters as annotated integers, and `ports`, one class
+    or several whose declarations it takes over (its own declaration of the same name wins). It writes
+
+    derivatives(t, x, u, p) -> {state: rate}        continuous states
+    update(t, x, u, p) -> {state: next value}       instead, in a sampled component, which sets `sample_time` (s)
+    outputs(t, x, u, p) -> {output: value}          outputs that are not states
+    step_means(t, x, p) -> {output: quantity}       whose time derivative a step-mean output averages
+    calculate(p) -> {calculated parameter: value}
+    initial(t, x, u, p) -> {calculated state: value}
+    project(x, p) -> {state: value}                 after each internal step, e.g. normalisation
+    check(t, x, u, p) -> [Condition]                at the end of initialization
+
+    t is a scalar, and x, u, p hold every variable of their role under its name, as CasADi scalars, columns and matrices; p
+    has the calculated parameters too. All are pure functions: branches are `ca.if_else`.
+    """
+
+    ports: ClassVar[type | tuple[type, ...]] = ()
+    sample_time: ClassVar[Any] = None
+    solver_step: ClassVar[float] = 1e-3  # largest internal step, s; parameter `solver.step`
+    python_only: ClassVar[bool] = False
+
+    def __init__(self, **values: Any):
+        """Fix the structure and replace start values: structural parameters and variables by their names."""
+        self.name = type(self).__name__
+        structural = _structural(type(self))
+        self.structure = {n: values.pop(n, default) for n, default in structural.items()}
+        for n, value in self.structure.items():
+            if isinstance(value, bool) or not isinstance(value, int) or value < 0:
+                raise ComponentError(self.name, f"structural parameter {n} = {value!r} is not a whole number >= 0.")
+            setattr(self, n, value)
+        declared = _declared(type(self))
+        unknown = [n for n in values if n not in declared]
+        if unknown:
+            known = [*structural, *declared]
+            raise ComponentError(
+                self.name, f"no variable {unknown[0]!r}.{nearest(unknown[0], known)} Variables: {', '.join(known)}."
+            )
+        self._variables = {n: self._resolve(v, values.get(n, v.start)) for n, v in declared.items()}
+        self._require_consistency()
+
+    def _resolve(self, variable: Variable, start: Any) -> Variable:
+        if variable.unit not in UNITS:
+            known = list(UNITS)
+            raise ComponentError(self.name, f"{variable.name}: unknown unit {variable.unit!r}.{nearest(variable.unit, known)}")
+        try:
+            return replace(variable, **resolve(variable, self.structure, start, self))
+        except (ValueError, KeyError) as error:
+            raise ComponentError(self.name, f"{variable.name}: {error}.") from error
+
+    def _require_consistency(self) -> None:
+        rates = type(self).derivatives is not Component.derivatives
+        if self.sample_time is not None and rates:
+            raise ComponentError(self.name, "a sampled component (sample_time) writes update, not derivatives.")
+        if self.states and not (rates or self.sampled or self.python_only):
+            raise ComponentError(self.name, "has states but neither derivatives nor sample_time with update.")
+
+    # ---- declarations -------------------------------------------------------------------------------------------------
+
+    def _of(self, kind: type) -> tuple[Any, ...]:
+        return tuple(v for v in self._variables.values() if type(v) is kind)
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Parameters as declared, then sample_time or solver.step where the component has states."""
+        own: list[Parameter] = list(self._of(Parameter))
+        if self.sampled:
+            doc = "time between two samples"
+            own.append(Parameter(name="sample_time", unit="s", start=np.array(float(self.sample_time)), doc=doc))
+        elif self.states and not self.python_only:
+            doc = "largest internal integration step"
+            start = np.array(float(self.solver_step))
+            own.append(Parameter(name="solver.step", unit="s", start=start, tunable=True, doc=doc))
+        return tuple(own)
+
+    @cached_property
+    def calculated_parameters(self) -> tuple[CalculatedParameter, ...]:
+        """Calculated parameters; tunable where one depends on a tunable parameter."""
+        declared: tuple[CalculatedParameter, ...] = self._of(CalculatedParameter)
+        return tuple(replace(c, tunable=any(p.tunable for p in self._of(Parameter))) for c in declared)
+
+    @cached_property
+    def inputs(self) -> tuple[Input, ...]:
+        """Inputs, in the order of declaration."""
+        return self._of(Input)
+
+    @cached_property
+    def states(self) -> tuple[State, ...]:
+        """States, in the order of declaration."""
+        return self._of(State)
+
+    @cached_property
+    def outputs_declared(self) -> tuple[Output, ...]:
+        """Outputs that are not states."""
+        return self._of(Output)
+
+    @property
+    def sampled(self) -> bool:
+        """Whether the component has samples instead of a continuous state."""
+        return self.sample_time is not None
+
+    def size(self, group: Iterable[Variable]) -> int:
+        """Number of scalars in a group of variables."""
+        return sum(v.size for v in group)
+
+    # ---- equations, to be overridden ----------------------------------------------------------------------------------
+
+    def derivatives(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        """Return the time derivative of every state."""
+        return {}
+
+    def update(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        """Return the states after the sample at t."""
+        return {}
+
+    def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        """Return every output that is neither a state nor a step mean."""
+        return {}
+
+    def step_means(self, t: Any, x: Any, p: Any) -> dict[str, Any]:
+        """Return, for every step-mean output, the quantity whose time derivative it averages."""
+        return {}
+
+    def calculate(self, p: Any) -> dict[str, Any]:
+        """Return every calculated parameter."""
+        return {}
+
+    def initial(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        """Return the start value of every calculated state; x holds the others."""
+        return {}
+
+    def project(self, x: Any, p: Any) -> dict[str, Any]:
+        """Return the states that an internal step is followed by a projection of."""
+        return {}
+
+    def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
+        """Return the conditions that parameters and initial values must meet."""
+        return []
+
+    # ---- derived ------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def functions(self) -> Functions:
+        """The CasADi functions of the component."""
+        return Functions(self)
+
+    @cached_property
+    def direct_feedthrough(self) -> dict[str, tuple[str, ...]]:
+        """Output -> the inputs that it depends on directly, from the sparsity of the expressions."""
+        return self.functions.direct_feedthrough()
+
+    def linearise(self, x: np.ndarray, u: np.ndarray | None = None, t: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """Return the Jacobians (A, B) of the state derivatives by states and inputs, at the start parameters."""
+        inputs = start_vector(self.inputs) if u is None else u
+        p = start_vector(self.parameters)
+        f = self.functions.rates
+        jacobian = ca.Function("J", f.mx_in(), [ca.jacobian(f(*f.mx_in()), v) for v in (f.mx_in(1), f.mx_in(2))])
+        a, b = jacobian(t, x, inputs, p, self.functions.calculate(p))
+        return a.full(), b.full()
+
+
+class PythonComponent(Component):
+    """Base of a component in plain Python and NumPy, for the python back end only.
+
+    Same declarations; `outputs(t, x, u, p)` and, with states, `step(t, h, x, u, p) -> {state: value at t + h}`, both pure:
+    all that they remember, a random generator's state too, is in x. x, u, p hold floats and arrays. An output depends on
+    every input unless `feedthrough` names those that it depends on.
+    """
+
+    python_only = True
+    feedthrough: ClassVar[dict[str, tuple[str, ...]]] = {}
+
+    def step(self, t: float, h: float, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        """Return every state at t + h, with the inputs held."""
+        return {}
+
+    @cached_property
+    def direct_feedthrough(self) -> dict[str, tuple[str, ...]]:
+        """Output -> inputs, as `feedthrough` declares, otherwise every input."""
+        every = tuple(v.name for v in self.inputs)
+        outputs = [v.name for v in self.outputs_declared]
+        return {name: tuple(self.feedthrough.get(name, every)) for name in outputs}
+
+
+def start_vector(group: Iterable[Variable]) -> np.ndarray:
+    """Return the start values of a group of variables as one flat vector, matrices row by row."""
+    values = [np.ravel(v.start) for v in group]
+    return np.concatenate(values) if values else np.zeros(0)
+
+
+def _structural(cls: type) -> dict[str, int]:
+    """Structural parameters: annotated integers without a leading underscore, bases first."""
+    found: dict[str, int] = {}
+    for base in reversed(cls.__mro__):
+        for name, kind in inspect.get_annotations(base).items():
+            if kind in (int, "int") and not name.startswith("_"):
+                found[name] = getattr(cls, name)
+    return found
+
+
+def _declared(cls: type) -> dict[str, Variable]:
+    """Declarations of the ports, the bases and the class, a later one replacing an earlier one in its place."""
+    ports = cls.ports if isinstance(cls.ports, tuple) else (cls.ports,)
+    found: dict[str, Variable] = {}
+    for source in (*ports, *reversed(cls.__mro__)):
+        for name, value in vars(source).items():
+            if not isinstance(value, Variable):
+                continue
+            port = found.get(name)
+            if port is not None and (port.unit, port.shape) != (value.unit, value.shape):
+                raise ComponentError(
+                    cls.__name__,
+                    f"{name} is declared with unit {value.unit} and shape {value.shape}, its port has unit {port.unit} "
+                    f"and shape {port.shape}.",
+                )
+            found[name] = replace(value, name=name)
+    return found

@@ -1,0 +1,17 @@
+"""What can be wrong with a component's text."""
+
+from difflib import get_close_matches
+
+
+class ComponentError(Exception):
+    """A component's definition contradicts itself; fields: component, text."""
+
+    def __init__(self, component: str, text: str):
+        self.component, self.text = component, text
+        super().__init__(f"{component}: {text}")
+
+
+def nearest(name: str, known: list[str]) -> str:
+    """Return ' Did you mean "x"?' for the nearest known names, or nothing where none is near."""
+    near = get_close_matches(name, known, n=3, cutoff=0.5)
+    return f" Did you mean {' or '.join(repr(n) for n in near)}?" if near else ""

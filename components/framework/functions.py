@@ -1,0 +1,295 @@
+"""A component's equations as CasADi functions of flat vectors.
+
+t scalar; x states, u inputs, p parameters, c calculated parameters, m step means, y outputs that are not states: columns
+in the order of declaration, matrices row by row.
+"""
+
+from collections.abc import Iterable
+from functools import cached_property
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import casadi as ca
+import numpy as np
+
+from .errors import ComponentError, nearest
+from .integrator import rk4
+from .variables import Variable
+
+if TYPE_CHECKING:
+    from .component import Component, Condition
+
+
+class Values(SimpleNamespace):
+    """The variables of one role under their names."""
+
+    def __getattr__(self, name: str) -> Any:
+        """Name the nearest variables where one does not exist."""
+        raise AttributeError(f"no variable {name!r} here.{nearest(name, list(vars(self)))} There are: {', '.join(vars(self))}")
+
+
+def unflatten(group: Iterable[Variable], vector: Any) -> dict[str, Any]:
+    """Return name -> scalar, column or matrix of a flat CasADi vector."""
+    values: dict[str, Any] = {}
+    at = 0
+    for v in group:
+        part = vector[at : at + v.size]
+        at += v.size
+        values[v.name] = ca.reshape(part, v.shape[1], v.shape[0]).T if len(v.shape) == 2 else part
+    return values
+
+
+def flatten(component: str, where: str, group: Iterable[Variable], values: dict[str, Any]) -> ca.SX:
+    """Return the values of a group as one column; every variable must be there with its shape, and nothing else."""
+    group = tuple(group)
+    names = [v.name for v in group]
+    extra = [n for n in values if n not in names]
+    if extra:
+        raise ComponentError(component, f"{where} returns {extra[0]!r}, which it should not.{nearest(extra[0], names)}")
+    columns: list[Any] = []
+    for v in group:
+        if v.name not in values:
+            raise ComponentError(component, f"{where} does not return {v.name!r}.")
+        value = ca.densify(ca.SX(values[v.name]))
+        rows, cols = (*v.shape, 1, 1)[:2]
+        if value.shape == (1, 1) and v.size != 1 and v.size:
+            raise ComponentError(component, f"{where}: {v.name} is a scalar, declared with shape {v.shape}.")
+        if value.shape not in ((rows, cols), (cols, rows) if len(v.shape) == 1 else (rows, cols)):
+            raise ComponentError(component, f"{where}: {v.name} has shape {value.shape}, declared with {v.shape}.")
+        columns.append(ca.vec(value.T) if len(v.shape) == 2 else ca.vec(value))
+    return ca.densify(ca.vertcat(*columns)) if columns else ca.SX(0, 1)
+
+
+class Functions:
+    """The CasADi functions of one component, each built when it is first asked for.
+
+    rates       (t, x, u, p, c) -> dx                       absent without continuous states
+    advance     (t, x, u, u1, u2, p, c, s, h) -> x_next     one internal step, see integrator.py
+    update      (t, x, u, p, c) -> x_next                   sampled components
+    outputs     (t, x, u, p, c, m) -> y
+    means       (t, x, p, c) -> q                           quantities whose rate the step means average
+    mean_rates  (t, x, u, p, c) -> m                        their time derivatives
+    calculate   (p) -> c
+    initial     (t, x, u, p, c) -> x                        calculated states filled in
+    check       (t, x, u, p, c) -> margins, shown
+    forward     (t, x, u, p, c, st, sx, su, sp, sm) -> sdx, sy      directional derivative
+    initial_forward  (t, x, u, p, c, st, sx, su, sp) -> sx_initial, sm     the same of initial and mean_rates
+    """
+
+    def __init__(self, component: "Component"):
+        self._component = component
+        self._t = ca.SX.sym("t")
+        self._x = ca.SX.sym("x", component.size(component.states))
+        self._u = ca.SX.sym("u", component.size(component.inputs))
+        self._p = ca.SX.sym("p", component.size(component.parameters))
+        self._c = ca.SX.sym("c", component.size(component.calculated_parameters))
+        self._m = ca.SX.sym("m", sum(o.size for o in component.outputs_declared if o.step_mean))
+
+    # ---- expressions --------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _named(self) -> tuple[Any, Values, Values, Values]:
+        """(t, x, u, p) as the component's equations see them."""
+        part = self._component
+        parameters = unflatten(part.parameters, self._p) | unflatten(part.calculated_parameters, self._c)
+        x, u = unflatten(part.states, self._x), unflatten(part.inputs, self._u)
+        return self._t, Values(**x), Values(**u), Values(**parameters)
+
+    def _flatten(self, where: str, group: Iterable[Variable], values: dict[str, Any]) -> ca.SX:
+        return flatten(self._component.name, where, group, values)
+
+    def _function(self, name: str, arguments: str, results: dict[str, Any]) -> ca.Function:
+        inputs = {"t": self._t, "x": self._x, "u": self._u, "p": self._p, "c": self._c, "m": self._m}
+        names = arguments.split()
+        options = {"cse": True}
+        return ca.Function(name, [inputs[n] for n in names], list(results.values()), names, list(results), options)
+
+    def _states_with(self, where: str, values: dict[str, Any]) -> ca.SX:
+        """Return the state vector with some states replaced."""
+        _, x, _, _ = self._named
+        return self._flatten(where, self._component.states, vars(x) | values)
+
+    @cached_property
+    def _means(self) -> tuple[Variable, ...]:
+        return tuple(o for o in self._component.outputs_declared if o.step_mean)
+
+    # ---- functions ----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def calculate(self) -> ca.Function:
+        """(p) -> c."""
+        part = self._component
+        values = part.calculate(Values(**unflatten(part.parameters, self._p)))
+        return self._function("calculate", "p", {"c": self._flatten("calculate", part.calculated_parameters, values)})
+
+    @cached_property
+    def initial(self) -> ca.Function:
+        """(t, x, u, p, c) -> x with the calculated states filled in."""
+        part = self._component
+        values = part.initial(*self._named)
+        names = {s.name for s in part.states if s.calculated}
+        if set(values) != names:
+            raise ComponentError(part.name, f"initial returns {sorted(values)}, the calculated states are {sorted(names)}.")
+        return self._function("initial", "t x u p c", {"x_initial": self._states_with("initial", values)})
+
+    @cached_property
+    def rates(self) -> ca.Function:
+        """(t, x, u, p, c) -> dx."""
+        part = self._component
+        dx = self._flatten("derivatives", part.states, part.derivatives(*self._named))
+        return self._function("rates", "t x u p c", {"dx": dx})
+
+    @cached_property
+    def advance(self) -> ca.Function:
+        """One internal step, see integrator.py."""
+        _, x, _, p = self._named
+        values = self._component.project(x, p)
+        project = None
+        if values:
+            project = self._function("project", "x p c", {"x_projected": self._states_with("project", values)})
+        return rk4(self.rates, project)
+
+    @cached_property
+    def update(self) -> ca.Function:
+        """(t, x, u, p, c) -> states after the sample."""
+        part = self._component
+        values = self._flatten("update", part.states, part.update(*self._named))
+        return self._function("update", "t x u p c", {"x_next": values})
+
+    @cached_property
+    def outputs(self) -> ca.Function:
+        """(t, x, u, p, c, m) -> y, with the step means m in their places."""
+        part = self._component
+        values = dict(part.outputs(*self._named))
+        values |= unflatten(self._means, self._m)
+        return self._function("outputs", "t x u p c m", {"y": self._flatten("outputs", part.outputs_declared, values)})
+
+    @cached_property
+    def means(self) -> ca.Function:
+        """(t, x, p, c) -> quantities whose rate the step means average."""
+        t, x, _, p = self._named
+        values = self._flatten("step_means", self._means, self._component.step_means(t, x, p))
+        return self._function("means", "t x p c", {"q": values})
+
+    @cached_property
+    def mean_rates(self) -> ca.Function:
+        """(t, x, u, p, c) -> time derivatives of means: what a step mean shows before the first step."""
+        q = self.means(self._t, self._x, self._p, self._c)
+        rate = ca.jtimes(q, self._x, self.rates(self._t, self._x, self._u, self._p, self._c)) + ca.jacobian(q, self._t)
+        return self._function("mean_rates", "t x u p c", {"m": ca.densify(rate)})
+
+    @cached_property
+    def conditions(self) -> "list[Condition]":
+        """What check returns, as expressions."""
+        return self._component.check(*self._named)
+
+    @cached_property
+    def check(self) -> ca.Function:
+        """(t, x, u, p, c) -> margins, one a condition, and the numbers that their texts show."""
+        margins = [ca.SX(c.margin) for c in self.conditions]
+        shown = [ca.SX(value) for c in self.conditions for value in c.shown]
+        for condition, margin in zip(self.conditions, margins, strict=True):
+            if margin.shape != (1, 1):
+                raise ComponentError(self._component.name, f"check: margin of {condition.text!r} is no scalar.")
+        results = {"margins": ca.densify(ca.vertcat(*margins, ca.SX(0, 1))), "shown": ca.densify(ca.vertcat(*shown, ca.SX(0, 1)))}
+        return self._function("check", "t x u p c", results)
+
+    # ---- derivatives --------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _seeds(self) -> dict[str, ca.SX]:
+        vectors = {"t": self._t, "x": self._x, "u": self._u, "p": self._p, "m": self._m}
+        return {f"s{n}": ca.SX.sym(f"s{n}", v.shape) for n, v in vectors.items()}
+
+    def _directional(self, name: str, expressions: dict[str, ca.SX], seeds: list[str]) -> ca.Function:
+        """Return the directional derivative of expressions of (t, x, u, p, c, m), c following p."""
+        s = self._seeds
+        sc = ca.jtimes(self.calculate(self._p), self._p, s["sp"])
+        along = ca.vertcat(self._t, self._x, self._u, self._p, self._c, self._m)
+        tangent = ca.vertcat(s["st"], s["sx"], s["su"], s["sp"], sc, s["sm"] if "sm" in seeds else 0 * s["sm"])
+        results = [ca.densify(ca.jtimes(e, along, tangent)) for e in expressions.values()]
+        arguments = [self._t, self._x, self._u, self._p, self._c, *(s[n] for n in seeds)]
+        names = ["t", "x", "u", "p", "c", *seeds]
+        return ca.Function(name, arguments, results, names, list(expressions), {"cse": True})
+
+    @cached_property
+    def forward(self) -> ca.Function:
+        """Directional derivative of the state derivatives and outputs (sampled: of the outputs at a sample)."""
+        part = self._component
+        point = (self._t, self._x, self._u, self._p, self._c)
+        zero = ca.DM.zeros(self._m.shape)
+        if part.sampled:
+            dx = ca.SX(0, 1)
+            y = self.outputs(self._t, self.update(*point), self._u, self._p, self._c, zero)
+        else:
+            dx = self.rates(*point) if part.states else ca.SX(0, 1)
+            y = self.outputs(*point, self._m)
+        return self._directional("forward", {"sdx": dx, "sy": y}, ["st", "sx", "su", "sp", "sm"])
+
+    @cached_property
+    def initial_forward(self) -> ca.Function:
+        """Directional derivative of the calculated initial states and of the step means before the first step."""
+        point = (self._t, self._x, self._u, self._p, self._c)
+        means = self.mean_rates(*point) if self._means else ca.SX(0, 1)
+        expressions = {"sx_initial": self.initial(*point), "sm": means}
+        return self._directional("initial_forward", expressions, ["st", "sx", "su", "sp"])
+
+    # ---- sparsity -----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def output_dependencies(self) -> list[dict[str, list[int]]]:
+        """For each scalar of y: {"x": indices, "u": indices} that it depends on between communication points."""
+        part = self._component
+        if not part.sampled:
+            return _dependencies(self.outputs, "y", ("x", "u"))
+        point = (self._t, self._x, self._u, self._p, self._c)
+        y = self.outputs(self._t, self.update(*point), self._u, self._p, self._c, ca.DM.zeros(self._m.shape))
+        return _dependencies(ca.Function("y", list(point), [y], ["t", "x", "u", "p", "c"], ["y"]), "y", ("x", "u"))
+
+    @cached_property
+    def rate_dependencies(self) -> list[dict[str, list[int]]]:
+        """For each continuous state: what its derivative depends on."""
+        return _dependencies(self.rates, "dx", ("x", "u"))
+
+    @cached_property
+    def initial_dependencies(self) -> dict[str, list[dict[str, list[int]]]]:
+        """For each calculated parameter, state, state derivative and output: what it depends on in initialization mode.
+
+        Keys "c", "x", "dx", "y"; composed, so that the knowns are the settable states, the inputs and the parameters.
+        """
+        part = self._component
+        c = self.calculate(self._p)
+        x = self.initial(self._t, self._x, self._u, self._p, c)
+        known = [self._t, self._x, self._u, self._p]
+        m = self.mean_rates(self._t, x, self._u, self._p, c) if self._means else ca.SX(0, 1)
+        shown = self.update(self._t, x, self._u, self._p, c) if part.sampled else x
+        unknown = {"c": c, "x": x, "y": self.outputs(self._t, shown, self._u, self._p, c, m)}
+        if part.states and not part.sampled:
+            unknown["dx"] = self.rates(self._t, x, self._u, self._p, c)
+        names = [f"{name}_initial" for name in unknown]
+        f = ca.Function("initial_unknowns", known, list(unknown.values()), ["t", "x", "u", "p"], names)
+        return {name: _dependencies(f, f"{name}_initial", ("x", "u", "p")) for name in unknown}
+
+    def direct_feedthrough(self) -> dict[str, tuple[str, ...]]:
+        """Output -> the inputs, by name, that it depends on directly."""
+        part = self._component
+        owner = [v.name for v in part.inputs for _ in range(v.size)]
+        rows = iter(self.output_dependencies)
+        table: dict[str, tuple[str, ...]] = {}
+        for output in part.outputs_declared:
+            used = {owner[i] for _ in range(output.size) for i in next(rows)["u"]}
+            table[output.name] = tuple(v.name for v in part.inputs if v.name in used)
+        return table
+
+
+def _dependencies(f: ca.Function, result: str, arguments: tuple[str, ...]) -> list[dict[str, list[int]]]:
+    """Return, row by row of a result, the structural nonzeros of its Jacobian by each argument."""
+    out = f.index_out(result)
+    rows: list[dict[str, list[int]]] = [{n: [] for n in arguments} for _ in range(f.size1_out(out))]
+    for name in arguments:
+        index = f.index_in(name)
+        if f.size1_in(index) == 0 or not rows:
+            continue
+        for row, column in zip(*(np.asarray(k) for k in f.jac_sparsity(out, index).get_triplet()), strict=True):
+            rows[int(row)][name].append(int(column))
+    return rows

@@ -1,0 +1,73 @@
+"""The only list of units: name -> exponents of kg, m, s, A, rad.
+
+Every unit is coherent SI (factor 1, offset 0); other units of the same dimension exist for display only. An exponent may be
+a half (mass-normalised modal coordinates); FMI 2.0 cannot express that, so such a unit has a name and no base unit there.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+HALF = Fraction(1, 2)
+BASE_UNITS = ("kg", "m", "s", "A", "rad")
+
+
+@dataclass(frozen=True)
+class Unit:
+    """Exponents of the SI base units, and the display units (name -> display value per SI value)."""
+
+    exponents: dict[str, Fraction | int]
+    display: dict[str, float]
+
+    def scale(self, **factors: float) -> float:
+        """Return how a value changes when a base unit changes: a value in the old unit times this is in the new one."""
+        result = 1.0
+        for base, exponent in self.exponents.items():
+            result *= factors.get(base, 1.0) ** float(exponent)
+        return result
+
+
+DEGREES = 57.29577951308232  # per radian
+
+
+def _unit(display: dict[str, float] | None = None, /, **exponents: Fraction | int) -> Unit:
+    return Unit(exponents, display or {})
+
+
+UNITS: dict[str, Unit] = {
+    "1": _unit(),
+    "s": _unit(s=1),
+    "1/s": _unit(s=-1),
+    "1/s2": _unit(s=-2),
+    "1/s3": _unit(s=-3),
+    "kg": _unit(kg=1),
+    "m": _unit({"mm": 1e3, "um": 1e6}, m=1),
+    "m/s": _unit({"mm/s": 1e3}, m=1, s=-1),
+    "m/s2": _unit(m=1, s=-2),
+    "rad": _unit({"deg": DEGREES}, rad=1),
+    "rad/s": _unit({"deg/s": DEGREES}, rad=1, s=-1),
+    "rad/s2": _unit({"deg/s2": DEGREES}, rad=1, s=-2),
+    "kg.m2": _unit(kg=1, m=2),
+    "1/(kg.m2)": _unit(kg=-1, m=-2),
+    "kg.m2.s": _unit(kg=1, m=2, s=1),
+    "kg.m2.s2": _unit(kg=1, m=2, s=2),
+    "N": _unit({"mN": 1e3}, kg=1, m=1, s=-2),
+    "N/m": _unit(kg=1, s=-2),
+    "N.m": _unit({"mN.m": 1e3}, kg=1, m=2, s=-2),
+    "N.m.s": _unit(kg=1, m=2, s=-1),
+    "N.m/s": _unit(kg=1, m=2, s=-3),
+    "N.m/rad": _unit(kg=1, m=2, s=-2, rad=-1),
+    "N.m.s/rad": _unit(kg=1, m=2, s=-1, rad=-1),
+    "J": _unit(kg=1, m=2, s=-2),
+    "W": _unit(kg=1, m=2, s=-3),
+    "kg(1/2).m": _unit(kg=HALF, m=1),
+    "kg(1/2).m/s": _unit(kg=HALF, m=1, s=-1),
+    "kg(1/2).m/s2": _unit(kg=HALF, m=1, s=-2),
+}
+
+
+def rate_unit(unit: str) -> str | None:
+    """Return the unit of the time derivative of a quantity in `unit`, or None where the list has none."""
+    wanted = dict(UNITS[unit].exponents)
+    wanted["s"] = wanted.get("s", 0) - 1
+    wanted = {base: exponent for base, exponent in wanted.items() if exponent}
+    return next((name for name, other in UNITS.items() if other.exponents == wanted), None)
