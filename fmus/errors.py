@@ -1,0 +1,32 @@
+"""What can go wrong when an FMU is built."""
+
+
+class BuildError(Exception):
+    """An FMU cannot be built; the text says what, where and what to do."""
+
+
+class NoCompiler(BuildError):
+    """There is no C compiler on this machine; fields: tried (commands and modules)."""
+
+    def __init__(self, tried: list[str]):
+        self.tried = tried
+        super().__init__(
+            f"no C compiler found (tried {', '.join(tried)}). Install gcc or clang, or `pip install 'adcs-cosim[cross]'` for "
+            "one that comes with pip; or build with --backend python, which needs none."
+        )
+
+
+class CompileFailed(BuildError):
+    """The compiler refused; fields: command, output."""
+
+    def __init__(self, command: list[str], output: str):
+        self.command, self.output = command, output
+        super().__init__(f"the compiler failed: {' '.join(command)}\n{output.strip()}")
+
+
+class UnknownComponent(BuildError):
+    """A name is neither in the catalog nor a class in a file; fields: name."""
+
+    def __init__(self, name: str, text: str):
+        self.name = name
+        super().__init__(text)
