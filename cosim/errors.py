@@ -1,0 +1,225 @@
+"""What can go wrong between a system on paper and its last row: one class per kind, text made from its fields."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from cosim.names import nearest
+
+
+class SimulationError(Exception):
+    """Base of every error of `cosim` that a user can cause or must hear of."""
+
+    result: Any = None
+    """The partial `Result` of a run that ended early, set by `simulate`."""
+
+
+@dataclass(eq=False)
+class UnknownName(SimulationError):
+    """A name that nothing has: `kind` says what it should name, `where` where it was looked for."""
+
+    kind: str
+    name: str
+    where: str
+    available: Sequence[str]
+
+    def __str__(self) -> str:
+        """Name, place, the nearest names, what there is."""
+        close = nearest(self.name, self.available)
+        hint = f" Did you mean {' or '.join(repr_name(n) for n in close)}?" if close else ""
+        listed = ", ".join(self.available) if self.available else "nothing"
+        return f'unknown {self.kind} "{self.name}" in {self.where}.{hint} There: {listed}.'
+
+
+@dataclass(eq=False)
+class TimeError(SimulationError):
+    """A time that the master cannot count: not positive, not finite, no whole nanosecond."""
+
+    name: str
+    value: object
+    problem: str
+
+    def __str__(self) -> str:
+        """Name, value, problem, what is allowed."""
+        return f"{self.name} is {self.value}: {self.problem}. Times are counted in whole nanoseconds."
+
+
+@dataclass(eq=False)
+class ParameterError(SimulationError):
+    """A value that cannot be set: unknown, wrong type or size, not finite, not settable."""
+
+    name: str
+    problem: str
+
+    def __str__(self) -> str:
+        """Parameter and problem."""
+        return f"parameter {self.name}: {self.problem}"
+
+
+@dataclass(eq=False)
+class FmuError(SimulationError):
+    """A file that cannot be used as an FMI 2.0 co-simulation FMU on this machine."""
+
+    path: Path
+    problem: str
+
+    def __str__(self) -> str:
+        """File and problem."""
+        return f"{self.path}: {self.problem}"
+
+
+@dataclass(eq=False)
+class CyclicOrder(SimulationError):
+    """Components that each have to step before the other; `connections` reads "a.x -> b.u (after_step)"."""
+
+    connections: Sequence[str]
+
+    def __str__(self) -> str:
+        """The cycle, and what breaks it."""
+        return (
+            "every component of this cycle would have to step before the next: "
+            + "; ".join(self.connections)
+            + '. Give one of these connections timing="at_point".'
+        )
+
+
+@dataclass(eq=False)
+class AlgebraicLoop(SimulationError):
+    """An algebraic loop over FMUs that could not be solved; `path` runs against the signal, first = last."""
+
+    path: Sequence[str]
+    problem: str
+
+    def __str__(self) -> str:
+        """The loop variable by variable, why it was not solved, the way out."""
+        return f"{' <- '.join(self.path)}: {self.problem}. Give one of these outputs a state, or hold one input."
+
+
+STATUS = {2: "fmi2Discard", 3: "fmi2Error", 4: "fmi2Fatal", 5: "fmi2Pending"}
+"""Names of the FMI statuses that end a call."""
+
+
+@dataclass(eq=False)
+class CallFailed(SimulationError):
+    """An FMI function that did not return fmi2OK or fmi2Warning; raised by slaves, dressed by masters."""
+
+    component: str
+    function: str
+    status: str
+    messages: Sequence[str] = ()
+    last_successful_time: float | None = None
+
+    def __str__(self) -> str:
+        """Component, function, status, the FMU's own words."""
+        return f"{self.component}: {self.function} returned {self.status}{quoted(self.messages)}"
+
+
+@dataclass(eq=False)
+class InitializationFailed(SimulationError):
+    """An FMU that refused its parameters, inputs or initialization."""
+
+    component: str
+    problem: str
+    messages: Sequence[str] = ()
+
+    def __str__(self) -> str:
+        """Component, problem, the FMU's own words."""
+        return f"{self.component} cannot be initialized: {self.problem}{quoted(self.messages)}"
+
+
+@dataclass(eq=False)
+class StepFailed(SimulationError):
+    """A communication step that ended the run; `time` and `step` in s, `variable` where a value is to blame."""
+
+    component: str
+    status: str
+    time: float
+    step: float
+    last_successful_time: float | None = None
+    messages: Sequence[str] = ()
+    variable: str | None = None
+    value: float | None = None
+
+    def __str__(self) -> str:
+        """Component, status, time and step, the value or the FMU's own words."""
+        where = f"communication point {self.time:g} s, step {self.step:g} s"
+        if self.variable is not None:
+            return f"{self.component}.{self.variable} became {self.value} in the step from {where}{quoted(self.messages)}"
+        last = f" (last successful time {self.last_successful_time:g} s)" if self.last_successful_time is not None else ""
+        return f"{self.component} returned {self.status} at {where}{last}{quoted(self.messages)}"
+
+
+@dataclass(eq=False)
+class NotSupported(SimulationError):
+    """Something that this master cannot do, asked for by name."""
+
+    what: str
+    advice: str
+
+    def __str__(self) -> str:
+        """What, and what to do instead."""
+        return f"{self.what}. {self.advice}"
+
+
+@dataclass(eq=False)
+class ResultExists(SimulationError):
+    """A folder that already holds a result."""
+
+    path: Path
+
+    def __str__(self) -> str:
+        """Folder, and both ways out."""
+        return (
+            f"{self.path} already holds a result. Write elsewhere (out=..., --out DIR), or replace it "
+            "(overwrite=True, --force)."
+        )
+
+
+@dataclass(eq=False)
+class ResultUnreadable(SimulationError):
+    """A folder or file that holds no readable result."""
+
+    path: Path
+    problem: str
+
+    def __str__(self) -> str:
+        """Folder and problem."""
+        return f"{self.path}: {self.problem}"
+
+
+@dataclass(eq=False)
+class WiringError(SimulationError):
+    """One mistake in a system: what is wrong, and what to do about it."""
+
+    problem: str
+    advice: str = ""
+    ports: Sequence[str] = field(default=())
+
+    def __str__(self) -> str:
+        """Problem and advice."""
+        return f"{self.problem}. {self.advice}".rstrip() if self.advice else f"{self.problem}."
+
+
+@dataclass(eq=False)
+class WiringErrors(SimulationError):
+    """All mistakes of a system, found before its first step."""
+
+    system: str
+    mistakes: Sequence[SimulationError]
+
+    def __str__(self) -> str:
+        """One line per mistake."""
+        count = len(self.mistakes)
+        head = f'system "{self.system}" has {count} mistake{"s" if count > 1 else ""}:'
+        return "\n".join([head, *(f"  {type(m).__name__}: {m}" for m in self.mistakes)])
+
+
+def repr_name(name: str) -> str:
+    """Return a name in the quotes that messages use."""
+    return f'"{name}"'
+
+
+def quoted(messages: Sequence[str]) -> str:
+    """Return an FMU's log lines as the tail of a message."""
+    return "".join(f"\n    {line}" for line in messages)

@@ -1,0 +1,72 @@
+"""Names of variables: `plant.J[1,1]` is element (1, 1) of the array `plant.J`; FMI 2.0 itself knows no arrays."""
+
+import difflib
+import itertools
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+_ELEMENT = re.compile(r"^(?P<base>.+)\[(?P<index>\s*\d+\s*(?:,\s*\d+\s*)*)\]$")
+
+
+@dataclass(frozen=True)
+class Group:
+    """A scalar or array: `shape` () for a scalar, `elements` its scalar names, row by row."""
+
+    shape: tuple[int, ...]
+    elements: tuple[str, ...]
+
+
+def split_element(name: str) -> tuple[str, tuple[int, ...]]:
+    """Return base name and 1-based index: "J[1,2]" -> ("J", (1, 2)), "J" -> ("J", ())."""
+    match = _ELEMENT.match(name)
+    if match is None:
+        return name, ()
+    return match["base"], tuple(int(i) for i in match["index"].split(","))
+
+
+def element(base: str, index: Iterable[int]) -> str:
+    """Return the scalar name of a 1-based index: ("J", (1, 2)) -> "J[1,2]"."""
+    return f"{base}[{','.join(map(str, index))}]"
+
+
+def canonical(name: str) -> str:
+    """Return a name with its index written the one way that this package writes it, "J[1, 2]" -> "J[1,2]"."""
+    base, index = split_element(name)
+    return element(base, index) if index else name
+
+
+def indices(shape: Sequence[int]) -> list[tuple[int, ...]]:
+    """Return all 1-based indices of a shape, row by row."""
+    return list(itertools.product(*(range(1, n + 1) for n in shape)))
+
+
+def group(names: Iterable[str]) -> Mapping[str, Group]:
+    """Collect scalar names into arrays, in order of first appearance.
+
+    Elements whose indices do not fill a whole array (a[1], a[3]) stay scalars of their own.
+    """
+    found: dict[str, dict[tuple[int, ...], str]] = {}
+    for name in names:
+        base, index = split_element(name)
+        found.setdefault(base, {})[index] = name
+    groups: dict[str, Group] = {}
+    for base, members in found.items():
+        shape = tuple(map(max, zip(*members, strict=False)))
+        if len({len(i) for i in members}) == 1 and sorted(members) == indices(shape):
+            groups[base] = Group(shape, tuple(members[i] for i in sorted(members)))
+        else:
+            groups |= {name: Group((), (name,)) for name in members.values()}
+    return groups
+
+
+def nearest(name: str, available: Iterable[str]) -> list[str]:
+    """Return up to three names of `available` that look like `name`, letter case ignored."""
+    folded = {n.lower(): n for n in available}
+    return [folded[n] for n in difflib.get_close_matches(name.lower(), folded, n=3, cutoff=0.6)]
+
+
+def split_port(name: str) -> tuple[str, str]:
+    """Return instance and variable of "plant.q_BN[1]"; the variable is "" where the name has no dot."""
+    instance, _, variable = name.partition(".")
+    return instance, canonical(variable)
