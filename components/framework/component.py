@@ -93,11 +93,17 @@ class Component:
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters as declared, then sample_time or solver.step where the component has states."""
+        """Parameters as declared, then those of the solver.
+
+        Continuous states have `solver.step`. A sampled component has `sample_time` and `solver.commit_shown`: a master that
+        sets the inputs of the step's end before the step (after_step) must not have them taken for the sample at its start.
+        """
         own: list[Parameter] = list(self._of(Parameter))
         if self.sampled:
             doc = "time between two samples"
             own.append(Parameter(name="sample_time", unit="s", start=np.array(float(self.sample_time)), doc=doc))
+            doc = "1: a sample is taken with the inputs as they were when its outputs were last shown, 0: as set before the step"
+            own.append(Parameter(name="solver.commit_shown", unit="1", start=np.array(0.0), doc=doc))
         elif self.states and not self.python_only:
             doc = "largest internal integration step"
             start = np.array(float(self.solver_step))
