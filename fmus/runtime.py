@@ -1,0 +1,335 @@
+"""What an FMU of a component does between its FMI calls, in Python: the twin of native/fmi2.c, rule for rule.
+
+Imports nothing of ours: it travels inside the python FMU beside the component's source. All numbers come from the component's
+CasADi functions, called through buffers without allocation.
+
+Initialization mode: calculated parameters, calculated states and step means follow every set; frozen at its exit, after
+the component's conditions have been checked. A step: n equal internal steps of at most solver.step. Sample n of a sampled
+component is due when |t - t0 - n T| <= 1e-9 s or it has passed; while due, the outputs show what it would give, and it is
+committed at the start of the next step; samples inside a step are taken with the inputs of that instant. Outputs are
+evaluated when they are read.
+"""
+
+import math
+from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+TICK = 1e-9  # s, how near to a communication point a sample counts as due there
+MOST_STEPS = 1e9
+
+
+class RuntimeFailure(Exception):
+    """What an FMU reports with fmi2Error: the text names function, variable and time."""
+
+
+class Buffered:
+    """A CasADi function bound to arrays: a call allocates nothing and converts nothing."""
+
+    def __init__(self, function: Any, arguments: list[np.ndarray], results: list[np.ndarray]):
+        self._keep = (function, arguments, results)
+        buffer, self.run = function.buffer()
+        for i, array in enumerate(arguments):
+            buffer.set_arg(i, memoryview(array))
+        for i, array in enumerate(results):
+            buffer.set_res(i, memoryview(array))
+        self._buffer = buffer
+
+
+class Runtime:
+    """State and behaviour of one instance. Value reference = index into v = [p | c | u | x | y]."""
+
+    def __init__(self, component: Any, name: str = ""):
+        part = self.component = component
+        self.name = name or part.name
+        groups = (part.parameters, part.calculated_parameters, part.inputs, part.states, part.outputs_declared)
+        sizes = [part.size(g) for g in groups]
+        ends = np.cumsum(sizes)
+        self.v = np.zeros(int(ends[-1]))
+        p, c, u, x, y = (slice(int(e) - n, int(e)) for e, n in zip(ends, sizes, strict=True))
+        self.p, self.c, self.u, self.x, self.y = (self.v[s] for s in (p, c, u, x, y))
+        self.names = [n for g in groups for v in g for n in v.elements()]
+        self._first_input, self._first_state = u.start, x.start
+        for group, values in zip((part.parameters, part.inputs, part.states), (self.p, self.u, self.x), strict=True):
+            values[:] = np.concatenate([np.zeros(0), *(np.ravel(v.start) for v in group)])
+        before, between = np.zeros(len(self.v), bool), np.zeros(len(self.v), bool)
+        before[p] = before[u] = between[u] = True
+        before[x] = np.repeat([not s.calculated for s in part.states], [s.size for s in part.states])
+        between[p] = np.repeat([q.tunable for q in part.parameters], [q.size for q in part.parameters])
+        self._settable = {False: before, True: between}
+        self.stepping = False  # initialization mode is over
+        self._stale, self._parameters_stale = True, True
+        self.t0 = 0.0
+        self._t, self._s, self._h = np.zeros(1), np.zeros(1), np.zeros(1)
+        self._u1, self._u2 = np.zeros(sizes[2]), np.zeros(sizes[2])  # input derivatives
+        self._derivatives_new = False
+        self._u_now, self._x_next = np.zeros(sizes[2]), np.zeros(sizes[3])
+        self._means = sum(o.size for o in part.outputs_declared if o.step_mean)
+        self.m, self._q0, self._q1 = (np.zeros(self._means) for _ in range(3))
+        self.sample, self.due = 0, False
+        self._step_index = self._index("solver.step")
+        self._period_index = self._index("sample_time")
+        self._shown_index = self._index("solver.commit_shown")
+        self._bind()
+
+    def _index(self, name: str) -> int | None:
+        return self.names.index(name) if name in self.names else None
+
+    def _bind(self) -> None:
+        """Bind the CasADi functions to this instance's arrays."""
+        part = self.component
+        if part.python_only:
+            return
+        f = part.functions
+        t, x, u, p, c, m = self._t, self.x, self.u, self.p, self.c, self.m
+        self._calculate = Buffered(f.calculate, [p], [c])
+        self._initial = Buffered(f.initial, [t, x, u, p, c], [self._x_next])
+        self._outputs = Buffered(f.outputs, [t, x, u, p, c, m], [self.y])
+        if part.sampled:
+            self._update = Buffered(f.update, [t, x, u, p, c], [self._x_next])
+            self._update_inside = Buffered(f.update, [self._s, x, self._u_now, p, c], [self._x_next])
+            self._outputs_next = Buffered(f.outputs, [t, self._x_next, u, p, c, m], [self.y])
+            self._outputs_inside = Buffered(f.outputs, [self._s, x, self._u_now, p, c, m], [self.y])
+        elif part.states:
+            arguments = [t, x, u, self._u1, self._u2, p, c, self._s, self._h]
+            self._advance = Buffered(f.advance, arguments, [self._x_next])
+        if self._means:
+            self._mean_rates = Buffered(f.mean_rates, [t, x, u, p, c], [m])
+            self._quantities = Buffered(f.means, [t, x, p, c], [self._q1])
+
+    def release(self) -> None:
+        """Drop the CasADi objects: they must not live until the interpreter is torn down."""
+        self.component = None
+        for name, value in list(vars(self).items()):
+            if isinstance(value, Buffered):
+                delattr(self, name)
+
+    # ---- values -------------------------------------------------------------------------------------------------------
+
+    @property
+    def t(self) -> float:
+        """The time that the instance has reached, s."""
+        return float(self._t[0])
+
+    def get(self, references: Sequence[int]) -> list[float]:
+        """Return variables by value reference, evaluated where something was set since."""
+        if self._stale:
+            self._evaluate()
+        return self.v[references].tolist()
+
+    def set(self, references: Sequence[int], values: Sequence[float]) -> None:
+        """Set variables by value reference."""
+        if not self._settable[self.stepping][references].all():
+            at = next(r for r in references if not self._settable[self.stepping][r])
+            raise RuntimeFailure(f"fmi2SetReal: variable {self.names[at]} cannot be set now.")
+        if not math.isfinite(sum(values)):
+            bad = [(r, x) for r, x in zip(references, values, strict=True) if not math.isfinite(x)]
+            if bad:
+                raise RuntimeFailure(f"fmi2SetReal: variable {self.names[bad[0][0]]} = {bad[0][1]} is not finite.")
+        self.v[references] = values
+        self._stale = True
+        if min(references, default=self._first_input) < self._first_input:
+            self._parameters_stale = True
+
+    def set_input_derivatives(self, references: Sequence[int], orders: Sequence[int], values: Sequence[float]) -> None:
+        """Set time derivatives (order 1 or 2) of inputs, for the next step."""
+        if not self._derivatives_new:
+            self._u1[:] = 0
+            self._u2[:] = 0
+            self._derivatives_new = True
+        for reference, order, value in zip(references, orders, values, strict=True):
+            if not self._first_input <= reference < self._first_state or order not in (1, 2):
+                name = self.names[reference]
+                raise RuntimeFailure(f"fmi2SetRealInputDerivatives: variable {name}, order {order}: inputs, order 1 or 2 only.")
+            (self._u1 if order == 1 else self._u2)[reference - self._first_input] = value
+
+    # ---- evaluation ---------------------------------------------------------------------------------------------------
+
+    def _evaluate(self) -> None:
+        self._stale = False
+        if self.component.python_only:
+            self._python_outputs()
+            return
+        if self._parameters_stale:
+            self._calculate.run()
+            self._parameters_stale = False
+        if not self.stepping:
+            self._initial.run()
+            self.x[:] = self._x_next
+            if self._means:
+                self._mean_rates.run()
+        if not self.component.sampled:
+            self._outputs.run()
+        elif self.due or not self.stepping:
+            self._update.run()
+            self._outputs_next.run()
+
+    def _namespaces(self) -> list[Any]:
+        """x, u, p of a Python-only component: floats and arrays under their names."""
+        part = self.component
+        spaces: list[Any] = []
+        for group, vector in ((part.states, self.x), (part.inputs, self.u), (part.parameters, self.p)):
+            at, values = 0, {}
+            for v in group:
+                array = vector[at : at + v.size].copy()
+                values[v.name] = array.reshape(v.shape) if v.shape else float(array[0])
+                at += v.size
+            spaces.append(SimpleNamespace(**values))
+        return spaces
+
+    def _store(self, where: str, group: Any, vector: np.ndarray, values: dict[str, Any]) -> None:
+        names = [v.name for v in group]
+        if sorted(values) != sorted(names):
+            raise RuntimeFailure(f"{where} returns {sorted(values)}, declared are {sorted(names)}.")
+        at = 0
+        for v in group:
+            array = np.asarray(values[v.name], dtype=float)
+            if array.shape != v.shape:
+                raise RuntimeFailure(f"{where}: {v.name} has shape {array.shape}, declared with {v.shape}.")
+            vector[at : at + v.size] = array.ravel()
+            at += v.size
+
+    def _python_outputs(self) -> None:
+        part = self.component
+        self._store("outputs", part.outputs_declared, self.y, part.outputs(self.t, *self._namespaces()))
+
+    # ---- life cycle ---------------------------------------------------------------------------------------------------
+
+    def setup(self, start_time: float) -> None:
+        """Set the start time (fmi2SetupExperiment)."""
+        self.t0 = self._t[0] = start_time
+        self._stale = True
+
+    def exit_initialization(self) -> None:
+        """Check the conditions, then freeze what initialization has calculated."""
+        self._evaluate()
+        self._check()
+        self.due = bool(self.component.sampled)
+        self.stepping = True
+
+    def _check(self) -> None:
+        if self._period_index is not None and not self.v[self._period_index] > 0:
+            raise RuntimeFailure(f"{self.name}: sample_time = {self.v[self._period_index]:g} s is not positive.")
+        if self.component.python_only:
+            conditions = self.component.check(self.t, *self._namespaces())
+            broken = [c.text.format(*(f"{float(n):g}" for n in c.shown)) for c in conditions if not c.margin > 0]
+        else:
+            f = self.component.functions
+            margins, shown = (np.ravel(r) for r in f.check(self._t, self.x, self.u, self.p, self.c))
+            numbers = iter(shown)
+            texts = [c.text.format(*(f"{next(numbers):g}" for _ in c.shown)) for c in f.conditions]
+            broken = [text for text, margin in zip(texts, margins, strict=True) if not margin > 0]
+        if broken:
+            raise RuntimeFailure(f"{self.name}: " + " ".join(broken))
+
+    def do_step(self, t: float, step: float) -> None:
+        """Advance from t to t + step (fmi2DoStep)."""
+        if not step > 0:
+            raise RuntimeFailure(f"fmi2DoStep: step {step:g} s is not positive.")
+        if abs(t - self._t[0]) > TICK * (1 + abs(t)):
+            raise RuntimeFailure(f"fmi2DoStep: asked to start at {t:.17g} s, the FMU is at {self.t:.17g} s.")
+        self._t[0] = t
+        if not self._derivatives_new:
+            self._u1[:] = 0
+            self._u2[:] = 0
+        if self._parameters_stale and not self.component.python_only:
+            self._calculate.run()
+            self._parameters_stale = False
+        part = self.component
+        if part.python_only:
+            if part.states:
+                self._store("step", part.states, self.x, part.step(t, step, *self._namespaces()))
+        elif part.sampled:
+            self._take_samples(t, step)
+        elif part.states:
+            self._integrate(step)
+        if self._derivatives_new:
+            self._inputs_at(step, self.u)
+            self._u1 += step * self._u2
+            self._derivatives_new = False
+        self._t[0] = t + step
+        self._stale = True
+        if part.sampled:
+            self._arrive()
+        if not math.isfinite(self.x.sum()):
+            bad = np.flatnonzero(~np.isfinite(self.x))
+            if bad.size:
+                name = self.names[self._first_state + int(bad[0])]
+                raise RuntimeFailure(f"fmi2DoStep: state {name} is not finite at {self.t:.9g} s.")
+
+    def _integrate(self, step: float) -> None:
+        largest = float(self.v[self._step_index])
+        if not largest > 0 or step / largest > MOST_STEPS:
+            raise RuntimeFailure(f"fmi2DoStep: solver.step = {largest:g} s does not suit a step of {step:g} s.")
+        n = max(1, math.ceil(step / largest - 1e-9))
+        h = self._h[0] = step / n
+        if self._means:
+            self._quantities.run()
+            self._q0[:] = self._q1
+        run, x, x_next, s = self._advance.run, self.x, self._x_next, self._s
+        for i in range(n):
+            s[0] = i * h
+            run()
+            x[:] = x_next
+        if self._means:
+            self._t[0] += step
+            self._quantities.run()
+            np.divide(self._q1 - self._q0, step, out=self.m)
+
+    def _inputs_at(self, since: float, out: np.ndarray) -> None:
+        """u(s) = u + s (u1 + s u2 / 2)."""
+        out[:] = self.u + since * (self._u1 + 0.5 * since * self._u2)
+
+    # ---- samples ------------------------------------------------------------------------------------------------------
+
+    def _take_samples(self, t: float, step: float) -> None:
+        """Commit a sample that is due at t, take those inside the step."""
+        period = float(self.v[self._period_index])
+        if step / period > MOST_STEPS:
+            raise RuntimeFailure(f"fmi2DoStep: sample_time = {period:g} s does not suit a step of {step:g} s.")
+        if self.due:
+            if not self.v[self._shown_index]:
+                self._update.run()
+                self._outputs_next.run()
+            self.x[:] = self._x_next
+            self.sample += 1
+            self.due = False
+        while (tick := self.t0 + self.sample * period) < t + step - TICK:
+            self._inputs_at(tick - t, self._u_now)
+            self._s[0] = tick
+            self._update_inside.run()
+            self.x[:] = self._x_next
+            self._outputs_inside.run()
+            self.sample += 1
+
+    def _arrive(self) -> None:
+        """See whether the end of a step is a tick; show that sample, held outputs otherwise."""
+        tick = self.t0 + self.sample * float(self.v[self._period_index])
+        self.due = tick <= self._t[0] + TICK
+        if self.due:
+            self._evaluate()
+        self._stale = self.due
+
+    # ---- state --------------------------------------------------------------------------------------------------------
+
+    def save(self) -> dict[str, Any]:
+        """Return the whole state as plain data."""
+        return {
+            "v": self.v.tolist(),
+            "m": self.m.tolist(),
+            "t": [self.t0, self.t],
+            "derivatives": [self._u1.tolist(), self._u2.tolist(), self._derivatives_new],
+            "samples": [self.sample, self.due, self._x_next.tolist()],
+            "flags": [self.stepping, self._stale, self._parameters_stale],
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take back a state that save returned, of this or another instance of the same component."""
+        self.v[:] = state["v"]
+        self.m[:] = state["m"]
+        self.t0, self._t[0] = state["t"]
+        self._u1[:], self._u2[:], self._derivatives_new = state["derivatives"]
+        self.sample, self.due, self._x_next[:] = state["samples"]
+        self.stepping, self._stale, self._parameters_stale = state["flags"]
