@@ -2,13 +2,19 @@
 
 from .component import Component, Condition, PythonComponent
 from .errors import ComponentError
+from .ports import ActuatorCluster, AttitudeController, AttitudePlant, Environment, Guidance
 from .variables import CalculatedParameter, Input, Output, Parameter, State, Variable
 
 __all__ = [
+    "ActuatorCluster",
+    "AttitudeController",
+    "AttitudePlant",
     "CalculatedParameter",
     "Component",
     "ComponentError",
     "Condition",
+    "Environment",
+    "Guidance",
     "Input",
     "Output",
     "Parameter",

@@ -31,7 +31,8 @@ class Component:
     """Base of every component that is written as CasADi expressions.
 
     A subclass declares variables as class attributes, structural parameters as annotated integers, and `ports`, one class
-    or several whose declarations it takes over (its own declaration of the same name wins). It writes
+    or several whose declarations it takes over (its own declaration of the same name wins). Variables whose number follows
+    from the structure are declared by `declare`. It writes
 
     derivatives(t, x, u, p) -> {state: rate}        continuous states
     update(t, x, u, p) -> {state: next value}       instead, in a sampled component, which sets `sample_time` (s)
@@ -60,7 +61,7 @@ class Component:
             if isinstance(value, bool) or not isinstance(value, int) or value < 0:
                 raise ComponentError(self.name, f"structural parameter {n} = {value!r} is not a whole number >= 0.")
             setattr(self, n, value)
-        declared = _declared(type(self))
+        declared = _merge(self.name, _declared(type(self)), self.declare())
         unknown = [n for n in values if n not in declared]
         if unknown:
             known = [*structural, *declared]
@@ -76,7 +77,7 @@ class Component:
             raise ComponentError(self.name, f"{variable.name}: unknown unit {variable.unit!r}.{nearest(variable.unit, known)}")
         try:
             return replace(variable, **resolve(variable, self.structure, start, self))
-        except (ValueError, KeyError) as error:
+        except (ValueError, TypeError) as error:
             raise ComponentError(self.name, f"{variable.name}: {error}.") from error
 
     def _require_consistency(self) -> None:
@@ -139,6 +140,10 @@ class Component:
     def size(self, group: Iterable[Variable]) -> int:
         """Number of scalars in a group of variables."""
         return sum(v.size for v in group)
+
+    def declare(self) -> dict[str, Variable]:
+        """Return further declarations, name -> variable, that follow from the structural parameters."""
+        return {}
 
     # ---- equations, to be overridden ----------------------------------------------------------------------------------
 
@@ -240,15 +245,20 @@ def _declared(cls: type) -> dict[str, Variable]:
     ports = cls.ports if isinstance(cls.ports, tuple) else (cls.ports,)
     found: dict[str, Variable] = {}
     for source in (*ports, *reversed(cls.__mro__)):
-        for name, value in vars(source).items():
-            if not isinstance(value, Variable):
-                continue
-            port = found.get(name)
-            if port is not None and (port.unit, port.shape) != (value.unit, value.shape):
-                raise ComponentError(
-                    cls.__name__,
-                    f"{name} is declared with unit {value.unit} and shape {value.shape}, its port has unit {port.unit} "
-                    f"and shape {port.shape}.",
-                )
-            found[name] = replace(value, name=name)
+        found = _merge(cls.__name__, found, {n: v for n, v in vars(source).items() if isinstance(v, Variable)})
     return found
+
+
+def _merge(component: str, found: dict[str, Variable], further: dict[str, Variable]) -> dict[str, Variable]:
+    """Return the declarations with further ones added; one that is there already keeps its unit and shape."""
+    merged = dict(found)
+    for name, value in further.items():
+        port = found.get(name)
+        if port is not None and (port.unit, port.shape) != (value.unit, value.shape):
+            raise ComponentError(
+                component,
+                f"{name} is declared with unit {value.unit} and shape {value.shape}, its port has unit {port.unit} "
+                f"and shape {port.shape}.",
+            )
+        merged[name] = replace(value, name=name)
+    return merged

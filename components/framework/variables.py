@@ -97,6 +97,9 @@ def expand(value: Any, shape: tuple[int, ...]) -> np.ndarray:
 
 def resolve(variable: Variable, structure: dict[str, Any], start: Any, component: Any) -> dict[str, Any]:
     """Return the shape in numbers and the start value as an array, for dataclasses.replace."""
+    unknown = [n for n in variable.shape if isinstance(n, str) and n not in structure]
+    if unknown:
+        raise ValueError(f"shape names {unknown[0]!r}, the structural parameters are: {', '.join(structure) or 'none'}")
     shape = tuple(structure[n] if isinstance(n, str) else n for n in variable.shape)
     value: Any = start
     if isinstance(value, Callable):
