@@ -10,6 +10,7 @@ FMI 2.0 has no arrays: `J[1,1]`, row by row, 1-based. d exists where the FMU pro
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -167,3 +168,11 @@ class Interface:
                     continue
                 unknowns.append(Unknown(vr, self._references(row, "xup")))
         return tuple(unknowns)
+
+    def summary(self) -> dict[str, list[list[Any]]]:
+        """Return variables and dependencies as plain lists: what an edited source must still agree with."""
+        unknowns = (*self.outputs, *self.initial_unknowns)
+        return {
+            "variables": [[s.name, s.causality, s.variability, s.initial, s.unit, s.start] for s in self.variables],
+            "dependencies": [[self.variables[k.value_reference].name, list(k.dependencies)] for k in unknowns],
+        }

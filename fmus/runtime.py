@@ -217,7 +217,7 @@ class Runtime:
             broken = [c.text.format(*(f"{float(n):g}" for n in c.shown)) for c in conditions if not c.margin > 0]
         else:
             f = self.component.functions
-            margins, shown = (np.ravel(r) for r in f.check(self._t, self.x, self.u, self.p, self.c))
+            margins, shown = (r.full().ravel() for r in f.check(self._t, self.x, self.u, self.p, self.c))
             numbers = iter(shown)
             texts = [c.text.format(*(f"{next(numbers):g}" for _ in c.shown)) for c in f.conditions]
             broken = [text for text, margin in zip(texts, margins, strict=True) if not margin > 0]

@@ -55,6 +55,7 @@ class Component:
     def __init__(self, **values: Any):
         """Fix the structure and replace start values: structural parameters and variables by their names."""
         self.name = type(self).__name__
+        self.given = dict(values)
         structural = _structural(type(self))
         self.structure = {n: values.pop(n, default) for n, default in structural.items()}
         for n, value in self.structure.items():
@@ -86,6 +87,12 @@ class Component:
             raise ComponentError(self.name, "a sampled component (sample_time) writes update, not derivatives.")
         if self.states and not (rates or self.sampled or self.python_only):
             raise ComponentError(self.name, "has states but neither derivatives nor sample_time with update.")
+
+    def variant(self, **structure: int) -> "Component":
+        """Return the same component with another structure; start values whose shape follows it fall back to the class's."""
+        declared = _declared(type(self))
+        kept = {n: v for n, v in self.given.items() if n not in declared or not set(structure) & set(declared[n].shape)}
+        return type(self)(**(kept | structure))
 
     # ---- declarations -------------------------------------------------------------------------------------------------
 

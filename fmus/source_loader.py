@@ -1,0 +1,105 @@
+"""Import a folder of Python sources under a package name that is a hash of their content.
+
+All python FMUs of a process share sys.modules: without this, an edited FMU beside its unedited copy, or two FMUs whose
+authors both called a module `helper`, would silently run one and the same module. The same loader reads a user's FILE.py
+when an FMU is built. Imports nothing of ours: it travels inside the FMU.
+
+Inside the folder, an absolute import of a module of the folder (`import helper`, `from components.framework import ...`)
+means that module under the hashed package; every other import means what it always does.
+"""
+
+import ast
+import hashlib
+import importlib
+import importlib.abc
+import importlib.util
+import sys
+from collections.abc import Iterable
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+from types import ModuleType
+
+
+def content_hash(root: Path, files: Iterable[str]) -> str:
+    """Return a hash of the named files (POSIX paths relative to root), names included."""
+    digest = hashlib.sha256()
+    for name in sorted(files):
+        data = (root / name).read_bytes()
+        digest.update(f"{name}\0{len(data)}\0".encode() + data)
+    return digest.hexdigest()
+
+
+def import_from(root: Path, files: Iterable[str], module: str) -> ModuleType:
+    """Import a module of the folder `root` that consists of `files`, under a package name hashed from them."""
+    files = frozenset(files)
+    package = f"adcs_{content_hash(root, files)[:16]}"
+    if not any(isinstance(f, _Finder) and f.package == package for f in sys.meta_path):
+        sys.meta_path.insert(0, _Finder(root, files, package))
+    return importlib.import_module(f"{package}.{module}")
+
+
+class _Finder(importlib.abc.MetaPathFinder):
+    def __init__(self, root: Path, files: frozenset[str], package: str):
+        self.root, self.files, self.package = root, files, package
+        self.top_level = {f.partition("/")[0].removesuffix(".py") for f in files}
+
+    def find_spec(self, fullname: str, path: object = None, target: object = None) -> ModuleSpec | None:
+        if fullname.partition(".")[0] != self.package:
+            return None
+        inside = "/".join(fullname.split(".")[1:])
+        folder = f"{inside}/" if inside else ""
+        for name, is_package in ((f"{inside}.py", False), (f"{folder}__init__.py", True)):
+            if name in self.files:
+                loader = _Loader(self, self.root / name)
+                spec = importlib.util.spec_from_loader(fullname, loader, origin=str(self.root / name), is_package=is_package)
+                break
+        else:
+            if not any(f.startswith(folder) for f in self.files):
+                return None
+            spec = ModuleSpec(fullname, None, is_package=True)
+        if spec is not None and spec.submodule_search_locations is not None:
+            spec.submodule_search_locations.append(str(self.root / inside))
+        return spec
+
+
+class _Loader(importlib.abc.Loader):
+    """Compile a file with its imports renamed; no byte code is cached, since it would hold the package's old name."""
+
+    def __init__(self, finder: _Finder, path: Path):
+        self.finder, self.path = finder, path
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType | None:
+        return None
+
+    def exec_module(self, module: ModuleType) -> None:
+        module.__file__ = str(self.path)
+        tree = ast.parse(self.path.read_text(encoding="utf-8"), filename=str(self.path))
+        tree = ast.fix_missing_locations(_Rename(self.finder).visit(tree))
+        exec(compile(tree, str(self.path), "exec"), module.__dict__)
+
+
+class _Rename(ast.NodeTransformer):
+    def __init__(self, finder: _Finder):
+        self.finder = finder
+
+    def _inside(self, name: str) -> bool:
+        return name.partition(".")[0] in self.finder.top_level
+
+    def visit_ImportFrom(self, node: ast.ImportFrom) -> ast.AST:
+        if node.level == 0 and node.module and self._inside(node.module):
+            node.module = f"{self.finder.package}.{node.module}"
+        return node
+
+    def visit_Import(self, node: ast.Import) -> list[ast.AST]:
+        """`import a.b` binds a: import the renamed module, then bind a (or the alias) to what it would have been."""
+        statements: list[ast.AST] = []
+        for alias in node.names:
+            if not self._inside(alias.name):
+                statements.append(ast.Import([alias]))
+                continue
+            renamed = f"{self.finder.package}.{alias.name}"
+            top = renamed if alias.asname else f"{self.finder.package}.{alias.name.partition('.')[0]}"
+            bound = alias.asname or alias.name.partition(".")[0]
+            statements.append(ast.Import([ast.alias(renamed)]))
+            statements.append(ast.Import([ast.alias(top, bound)]))
+        return [ast.copy_location(s, node) for s in statements]
