@@ -1,0 +1,65 @@
+"""Unit quaternions, SCALAR FIRST, Hamilton: v_N = q_BN (x) v_B (x) q_BN*; q and -q are one attitude.
+
+    a (x) b = [a0 b0 - a . b;  a0 b + b0 a + a x b]                                               (1)
+    q' = 1/2 q (x) [0; omega_BN_B]                                                                (2)
+    dcm_BN = (q0^2 - qv . qv) I + 2 qv qv^T - 2 q0 skew(qv),   v_B = dcm_BN v_N                   (3)
+    q_BR = q_RN* (x) q_BN, with the sign of a scalar part >= 0: the short way                     (4)
+    rotation vector: e = 2 atan(n / q0) qv / n,  n = |qv|;  near n = 0 the series of atan         (5)
+
+Source: textbook identities; the tests compare each with scipy.spatial.transform.Rotation (scalar_first=True).
+Invariants: (2) keeps |q|; (5) has all derivatives at zero; (4), (5) and the angles from (3) are those of q / |q|.
+Limits: at half a turn the short way is either way: (4) jumps there.
+"""
+
+from typing import Any
+
+import casadi as ca
+
+
+def product(a: Any, b: Any) -> Any:
+    """Return the Hamilton product a (x) b."""
+    a0, av, b0, bv = a[0], a[1:4], b[0], b[1:4]
+    return ca.vertcat(a0 * b0 - ca.dot(av, bv), a0 * bv + b0 * av + ca.cross(av, bv))  # (1)
+
+
+def conjugate(q: Any) -> Any:
+    """Return q*, the inverse rotation."""
+    return ca.vertcat(q[0], -q[1:4])
+
+
+def normalised(q: Any) -> Any:
+    """Return q / |q|."""
+    return q / ca.sqrt(ca.dot(q, q))
+
+
+def rotate(q: Any, v: Any) -> Any:
+    """Return q (x) v (x) q*: v_N from v_B with q_BN."""
+    return dcm(q).T @ v
+
+
+def dcm(q: Any) -> Any:
+    """Return dcm_BN of q_BN, which takes v_N to v_B."""
+    q0, qv = q[0], q[1:4]
+    return (q0**2 - ca.dot(qv, qv)) * ca.DM.eye(3) + 2 * qv @ qv.T - 2 * q0 * ca.skew(qv)  # (3)
+
+
+def rate(q: Any, omega: Any) -> Any:
+    """Return the time derivative of q_BN at the body rate omega_BN_B."""
+    return product(q, ca.vertcat(0, omega)) / 2  # (2)
+
+
+def error(q_BN: Any, q_RN: Any) -> Any:
+    """Return q_BR, the attitude of the body relative to the reference, short way."""
+    q = product(conjugate(q_RN), q_BN)
+    return q * ca.if_else(q[0] < 0, -1, 1)  # (4)
+
+
+def rotation_vector(q: Any) -> Any:
+    """Return axis times angle of a quaternion whose scalar part is not negative, in rad."""
+    q0, qv = q[0], q[1:4]
+    n2 = ca.dot(qv, qv)
+    near = n2 < 1e-8 * q0**2
+    n = ca.sqrt(ca.if_else(near, 1, n2))
+    x2 = n2 / ca.if_else(near, q0**2, 1)
+    series = (1 - x2 / 3 + x2**2 / 5) / ca.if_else(near, q0, 1)
+    return 2 * ca.if_else(near, series, ca.atan2(n, q0) / n) * qv  # (5)

@@ -1,0 +1,84 @@
+"""The vehicle: parameters that plants and controllers share, one name, unit and text each, and where it starts.
+
+    J - delta^T delta positive definite: the modes hold less inertia than J                       (1)
+
+Each mode has a column of couplings in its paper, F = delta^T; here a row of delta is a mode. The start values are the
+flexible spacecraft of the source: four modes of panel 1, then the same of panel 2 with opposite couplings. With fewer
+modes the first ones are taken; further ones repeat the frequencies with zero coupling.
+
+Frames: B body axes at the mass centre, N inertial, R reference.
+Source: C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible spacecraft,
+J. Harbin Inst. Tech. 50(4), 2018, Table 1; its initial attitude rates are read as rates of the Euler angles 1-2-3.
+"""
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from .attitude import euler
+from .attitude.vectors import asymmetry, smallest_eigenvalue
+from .framework import Component, Condition, Parameter
+
+DEGREE = np.pi / 180
+INERTIA = np.array([[420.8, 3.6, -4.2], [3.6, 410.6, 9.4], [-4.2, 9.4, 690.7]])
+FREQUENCY = 2 * np.pi * np.array([0.379, 1.042, 1.331, 2.226])
+COUPLING = np.array(  # F_1 of the source: a row is an axis, a column a mode
+    [[2.62, -1.24e-3, -8.20e-4, 6.44e-1], [6.89e-3, 1.24e-1, 4.37e-1, 6.26e-3], [-3.44e-3, -2.73, -5.08e-2, 3.29e-3]]
+)
+
+
+def _coupling(component: Any) -> np.ndarray:
+    rows = np.zeros((component.modes, 3))
+    panels = np.vstack([COUPLING.T, -COUPLING.T])[: component.modes]
+    rows[: len(panels)] = panels
+    return rows
+
+
+def _frequency(component: Any) -> np.ndarray:
+    return np.resize(FREQUENCY, component.modes)
+
+
+J = Parameter(unit="kg.m2", shape=(3, 3), start=INERTIA, doc="inertia of the undeformed spacecraft, rotors locked")
+delta = Parameter(unit="kg(1/2).m", shape=("modes", 3), start=_coupling, doc="coupling of rotation and modes")
+Omega = Parameter(unit="rad/s", shape=("modes",), start=_frequency, doc="modal frequency, hub clamped")
+zeta = Parameter(unit="1", shape=("modes",), start=0.005, doc="modal damping ratio")
+
+_ANGLES = DEGREE * ca.DM([0.25, 0.15, -0.20])
+_ANGLE_RATES = DEGREE * ca.DM([0.02, 0.01, -0.02])
+START_Q_BN = euler.quaternion_from_123(_ANGLES).full().ravel()
+START_OMEGA_BN_B = (euler.G_123(_ANGLES) @ _ANGLE_RATES).full().ravel()
+
+
+def inertia_conditions(J: Any) -> list[Condition]:
+    """Return the conditions on an inertia matrix that a controller works with."""
+    return [
+        Condition(
+            1e-9 * ca.mmax(ca.fabs(J)) - asymmetry(J),
+            "J is not symmetric: elements that mirror each other differ by {} kg.m2. Give both the same value.",
+            (asymmetry(J),),
+        ),
+        Condition(
+            smallest_eigenvalue(J),
+            "J is not positive definite (smallest eigenvalue {} kg.m2). Check its diagonal.",
+            (smallest_eigenvalue(J),),
+        ),
+    ]
+
+
+def flexible_conditions(component: Component, p: Any) -> list[Condition]:
+    """Return the conditions on the parameters of a flexible vehicle."""
+    hub = p.J - p.delta.T @ p.delta
+    conditions = [
+        *inertia_conditions(p.J),
+        Condition(
+            smallest_eigenvalue(hub),  # (1)
+            "J - delta^T delta is not positive definite (smallest eigenvalue {} kg.m2). The modes hold more inertia than J.",
+            (smallest_eigenvalue(hub),),
+        ),
+    ]
+    if component.structure["modes"]:
+        for name, values, unit in (("Omega", p.Omega, "rad/s"), ("zeta", p.zeta, "1")):
+            text = f"{name} has an element {{}} {unit}. No element may be negative."
+            conditions.append(Condition(ca.mmin(values) >= 0, text, (ca.mmin(values),)))
+    return conditions
