@@ -1,0 +1,105 @@
+"""Build what is missing or out of date: component references -> fmus/build/<backend>/NAME.fmu.
+
+An FMU is up to date while the key beside it is the hash of everything that it was made from: the component's source files,
+this package, the libraries' versions, the compiler. Finding that out reads files and builds no function.
+"""
+
+import hashlib
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from components.catalog import CATALOG
+from components.framework import Component
+
+from . import references
+from .errors import BuildError
+from .native_fmu import build_native
+from .python_fmu import build_python, sources_of_component
+from .toolchain import compiler_name
+
+BACKENDS = ("native", "python")
+HERE = Path(__file__).parent
+
+
+def build(component: Component, path: Path | str, backend: str = "native", platforms: Sequence[str] = ("host",)) -> Path:
+    """Write an FMU of a component, from whatever folder its class lives in, and return its path.
+
+    backend: "native" (C, no Python on the target) or "python" (carries the source, editable). Raises BuildError.
+    """
+    target = Path(path)
+    if backend not in BACKENDS:
+        raise BuildError(f"unknown back end {backend!r}. Back ends: {', '.join(BACKENDS)}.")
+    if backend == "python":
+        return build_python(component, target)
+    return build_native(component, target, platforms=platforms)
+
+
+def build_folder() -> Path:
+    """Return where FMUs are kept: ADCS_BUILD, else beside this package where that can be written, else a cache folder."""
+    chosen = os.environ.get("ADCS_BUILD")
+    if chosen:
+        return Path(chosen)
+    if os.access(HERE, os.W_OK):
+        return HERE / "build"
+    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "adcs-cosim"
+
+
+def needs_python(reference: str) -> bool:
+    """Whether the component is Python-only."""
+    return references.parse(reference).component().python_only
+
+
+def build_reference(
+    reference: str,
+    backend: str = "native",
+    platforms: Sequence[str] = ("host",),
+    folder: Path | None = None,
+    values: Mapping[str, Any] | None = None,
+    name: str | None = None,
+) -> Path:
+    """Return the FMU of a component reference, built only if it is missing or out of date.
+
+    folder: where to put it (default: build_folder()/backend). values: start values to build in, by variable name. name: the
+    FMU's name (default: the component's, with its structure).
+    """
+    parsed = references.parse(reference)
+    component = parsed.component()
+    if values:
+        component = type(component)(**(component.given | dict(values)))
+    if component.python_only:
+        backend = "python"
+    place = folder if folder is not None else _shelf(backend, parsed)
+    path = place / f"{name or parsed.model_name}.fmu"
+    key, key_file = _key(component, backend, platforms, path.stem), path.with_name(f".{path.name}.key")
+    if path.is_file() and key_file.is_file() and key_file.read_text() == key:
+        return path
+    build(component, path, backend, platforms)
+    key_file.write_text(key)
+    return path
+
+
+def build_all(backends: Iterable[str] = ("native",), platforms: Sequence[str] = ("host",)) -> list[Path]:
+    """Build every component of the catalog."""
+    return [build_reference(name, backend, platforms) for backend in backends for name in CATALOG]
+
+
+def _shelf(backend: str, parsed: references.Reference) -> Path:
+    """Return the folder of an FMU; users' files of the same name do not share one."""
+    shelf = build_folder() / backend
+    if parsed.file is None:
+        return shelf
+    return shelf / f"{parsed.file.stem}-{hashlib.sha256(str(parsed.file.resolve()).encode()).hexdigest()[:10]}"
+
+
+def _key(component: Component, backend: str, platforms: Sequence[str], name: str) -> str:
+    digest = hashlib.sha256()
+    libraries = [f"{n} {version(n)}" for n in ("casadi", "pythonfmu", "fmpy")]
+    tool = compiler_name() if backend == "native" else ""
+    digest.update(repr([backend, list(platforms), name, type(component).__name__, component.given, libraries, tool]).encode())
+    own = [*HERE.glob("*.py"), *(HERE / "native").iterdir(), *(HERE / "python").glob("*.py")]
+    for file in [*sorted(sources_of_component(component).files.values()), *sorted(own)]:
+        digest.update(file.read_bytes())
+    return digest.hexdigest()
