@@ -6,7 +6,9 @@ this package, the libraries' versions, the compiler. Finding that out reads file
 
 import hashlib
 import os
-from collections.abc import Iterable, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -47,9 +49,41 @@ def build_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "adcs-cosim"
 
 
-def needs_python(reference: str) -> bool:
-    """Whether the component is Python-only."""
-    return references.parse(reference).component().python_only
+@dataclass(frozen=True)
+class _Order:
+    """What is to be built where; `key` is the hash of all that it is made from."""
+
+    component: Component
+    backend: str
+    path: Path
+    key: str
+
+    @property
+    def key_file(self) -> Path:
+        return self.path.with_name(f".{self.path.name}.key")
+
+    @property
+    def up_to_date(self) -> bool:
+        return self.path.is_file() and self.key_file.is_file() and self.key_file.read_text() == self.key
+
+
+def _order(
+    reference: str,
+    backend: str,
+    platforms: Sequence[str],
+    folder: Path | None,
+    values: Mapping[str, Any] | None,
+    name: str | None,
+) -> _Order:
+    parsed = references.parse(reference)
+    component = parsed.component()
+    if values:
+        component = type(component)(**(component.given | dict(values)))
+    if component.python_only:
+        backend = "python"
+    place = folder if folder is not None else _shelf(backend, parsed)
+    path = place / f"{name or parsed.model_name}.fmu"
+    return _Order(component, backend, path, _key(component, backend, platforms, path.stem))
 
 
 def build_reference(
@@ -59,26 +93,21 @@ def build_reference(
     folder: Path | None = None,
     values: Mapping[str, Any] | None = None,
     name: str | None = None,
+    announce: Callable[[str], None] | None = None,
 ) -> Path:
     """Return the FMU of a component reference, built only if it is missing or out of date.
 
     folder: where to put it (default: build_folder()/backend). values: start values to build in, by variable name. name: the
-    FMU's name (default: the component's, with its structure).
+    FMU's name (default: the component's, with its structure). A Python-only component takes the python back end.
+    announce is told, before anything is built, what will be.
     """
-    parsed = references.parse(reference)
-    component = parsed.component()
-    if values:
-        component = type(component)(**(component.given | dict(values)))
-    if component.python_only:
-        backend = "python"
-    place = folder if folder is not None else _shelf(backend, parsed)
-    path = place / f"{name or parsed.model_name}.fmu"
-    key, key_file = _key(component, backend, platforms, path.stem), path.with_name(f".{path.name}.key")
-    if path.is_file() and key_file.is_file() and key_file.read_text() == key:
-        return path
-    build(component, path, backend, platforms)
-    key_file.write_text(key)
-    return path
+    order = _order(reference, backend, platforms, folder, values, name)
+    if not order.up_to_date:
+        if announce is not None:
+            announce(f"building {order.path.stem} ({order.backend})")
+        build(order.component, order.path, order.backend, platforms)
+        order.key_file.write_text(order.key)
+    return order.path
 
 
 def build_all(backends: Iterable[str] = ("native",), platforms: Sequence[str] = ("host",)) -> list[Path]:
@@ -103,3 +132,13 @@ def _key(component: Component, backend: str, platforms: Sequence[str], name: str
     for file in [*sorted(sources_of_component(component).files.values()), *sorted(own)]:
         digest.update(file.read_bytes())
     return digest.hexdigest()
+
+
+def component_docs() -> dict[str, str]:
+    """Return catalog name -> first line of what the component's module says about it."""
+    docs: dict[str, str] = {}
+    for name, factory in CATALOG.items():
+        cls = type(factory())
+        text = cls.__doc__ or sys.modules[cls.__module__].__doc__ or ""
+        docs[name] = text.strip().partition("\n")[0]
+    return docs

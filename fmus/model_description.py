@@ -3,6 +3,7 @@
 pythonfmu writes no units, dependencies or initial unknowns and a random GUID, so its XML is replaced by this one.
 """
 
+import sys
 from dataclasses import dataclass
 
 from lxml import etree
@@ -28,7 +29,8 @@ class Capabilities:
 
 def write(interface: Interface, capabilities: Capabilities, guid: str) -> bytes:
     """Return modelDescription.xml. guid: a hash of interface, equations, runtime and back end."""
-    doc = (type(interface.component).__doc__ or "").strip().partition("\n")[0]
+    cls = type(interface.component)
+    doc = (cls.__doc__ or sys.modules[cls.__module__].__doc__ or "").strip().partition("\n")[0]
     root = etree.Element(
         "fmiModelDescription",
         fmiVersion="2.0",
