@@ -4,11 +4,13 @@ from collections.abc import Sequence
 
 import casadi as ca
 import numpy as np
+from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 from components.framework import Component
 from components.framework.component import start_vector
 from components.framework.functions import unflatten
+from components.framework.units import UNITS
 
 
 def split(group, vector) -> dict[str, np.ndarray]:
@@ -16,7 +18,7 @@ def split(group, vector) -> dict[str, np.ndarray]:
     found, at = {}, 0
     for v in group:
         part = np.asarray(vector)[..., at : at + v.size]
-        found[v.name] = part.reshape(*part.shape[:-1], *v.shape)
+        found[v.name] = part.reshape((*part.shape[:-1], *v.shape))
         at += v.size
     return found
 
@@ -27,29 +29,33 @@ def numbers(values) -> np.ndarray:
 
 
 class Point:
-    """A component at its start, or near it at random: t, x, u, p as flat vectors, c and m that belong to them."""
+    """A component initialised at t = 0, at its start or near it at random: x, u, p flat vectors, at the time t.
 
-    def __init__(self, component: Component, rng: np.random.Generator | None = None, t: float = 0.0, **values):
-        self.component, self.functions, self.t = component, component.functions, t
+    Values by name replace what is drawn. c and m are the calculated parameters and step means that belong to them.
+    """
+
+    def __init__(self, component: Component, rng: np.random.Generator | None = None, spread=0.1, t=0.0, **values):
+        self.component, self.functions, self.t = component, component.functions, 0.0
         groups = {"x": component.states, "u": component.inputs, "p": component.parameters}
         for name, group in groups.items():
-            vector = start_vector(v for v in group)
+            vector = start_vector(group)
             if rng is not None:
                 # A parameter moves by per mille, so that a matrix keeps its definiteness; the rest by its nominal size.
-                size = np.concatenate([np.full(v.size, v.nominal or 1.0) for v in group]) if group else np.zeros(0)
-                noise = 1e-3 * np.abs(vector) if name == "p" else 0.1 * size
-                vector = vector + noise * rng.uniform(-1, 1, len(vector))
+                nominal = np.concatenate([np.full(v.size, v.nominal or 1.0) for v in group] or [np.zeros(0)])
+                size = 1e-3 * np.abs(vector) if name == "p" else spread * nominal
+                vector = vector + size * rng.uniform(0.1, 1, len(vector)) * rng.choice([-1, 1], len(vector))
             at = 0
             for v in group:
                 if v.name in values:
-                    vector[at : at + v.size] = np.ravel(values[v.name])
+                    vector[at : at + v.size] = np.ravel(values.pop(v.name))
                 at += v.size
             setattr(self, name, vector)
-        self.calculated = any(s.calculated for s in component.states)
-        if self.calculated:
-            self.x = self.initial()
+        if values:
+            raise KeyError(f"{component.name} has no {', '.join(values)}")
         means = sum(o.size for o in component.outputs_declared if o.step_mean)
         self.m = np.zeros(means) if rng is None else rng.uniform(-1, 1, means)
+        self.x = self.initial()
+        self.t = t
 
     @property
     def c(self):
@@ -58,8 +64,17 @@ class Point:
     def initial(self):
         return numbers(self.functions.initial(self.t, self.x, self.u, self.p, self.c))
 
+    def rates_flat(self):
+        if not self.component.states:
+            return np.zeros(0)
+        f = self.functions.update if self.component.sampled else self.functions.rates
+        return numbers(f(self.t, self.x, self.u, self.p, self.c))
+
     def rates(self):
-        return numbers(self.functions.rates(self.t, self.x, self.u, self.p, self.c))
+        return split(self.component.states, self.rates_flat())
+
+    def states(self):
+        return split(self.component.states, self.x)
 
     def outputs_flat(self):
         return numbers(self.functions.outputs(self.t, self.x, self.u, self.p, self.c, self.m))
@@ -68,11 +83,10 @@ class Point:
         return split(self.component.outputs_declared, self.outputs_flat())
 
     def advance(self, h: float, steps: int = 1):
-        """The states after internal steps of h with the inputs held."""
-        x, f, zero = self.x, self.functions.advance, 0 * self.u
-        for k in range(steps):
-            x = numbers(f(self.t, x, self.u, zero, zero, self.p, self.c, k * h, h))
-        return x
+        """The states after 1, 2, ... internal steps of h with the inputs held, a column a step."""
+        x, k = ca.MX.sym("x", len(self.x)), ca.MX.sym("k")
+        after = self.functions.advance(self.t, x, self.u, 0 * self.u, 0 * self.u, self.p, self.c, k * h, h)
+        return ca.Function("step", [x, k], [after]).mapaccum(steps)(self.x, np.arange(steps)[None]).full()
 
     def violated(self) -> list[str]:
         """The messages of the violated conditions of `check`."""
@@ -84,6 +98,30 @@ class Point:
             if not margin > 0:
                 messages.append(condition.text.format(*(f"{v:.6g}" for v in values)))
         return messages
+
+
+def assert_units(component: Component, spread=0.1, seed=5, kg=3.0, m=0.7, s=1.9) -> None:
+    """Every result moves by its declared unit when kg, m and s change: the declared units are those of the equations."""
+    point, other = (Point(component, np.random.default_rng(seed), spread, t=2.0) for _ in range(2))
+
+    def factors(group):
+        return np.concatenate([np.full(v.size, UNITS[v.unit].scale(kg=kg, m=m, s=s)) for v in group] or [np.zeros(0)])
+
+    x, y = factors(component.states), factors(component.outputs_declared)
+    means = factors(o for o in component.outputs_declared if o.step_mean)
+    other.t, other.x, other.m = point.t * s, point.x * x, point.m * means
+    other.u, other.p = point.u * factors(component.inputs), point.p * factors(component.parameters)
+    per_time = 1 if component.sampled else s
+    pairs = {
+        "rates or update": (component.states, point.rates_flat() * x / per_time, other.rates_flat()),
+        "outputs": (component.outputs_declared, point.outputs_flat() * y, other.outputs_flat()),
+        "calculate": (component.calculated_parameters, point.c * factors(component.calculated_parameters), other.c),
+        "initial": (component.states, point.initial() * x, other.initial()),
+    }
+    for where, (group, expected, found) in pairs.items():
+        for (name, a), b in zip(split(group, expected).items(), split(group, found).values(), strict=True):
+            atol = 1e-9 * np.max(np.abs(a), initial=0)
+            assert_allclose(b, a, rtol=1e-9, atol=atol, err_msg=f"unit of {component.name}.{name} in {where}")
 
 
 class Monolithic:

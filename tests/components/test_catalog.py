@@ -1,0 +1,126 @@
+"""What every component of the catalog must be: its units, its documents, its derivatives, its integrator."""
+
+import ast
+import io
+import re
+import subprocess
+import sys
+import tokenize
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers import Point, assert_units, numbers
+from numpy.testing import assert_allclose
+
+import components
+from components.catalog import CATALOG
+from components.framework.units import UNITS
+
+PACKAGE = Path(components.__file__).parent
+MODULES = sorted(p for p in PACKAGE.rglob("*.py") if p.name != "__init__.py")
+SPREADS = (0.1, 1e-4)  # of the random points: far from the start (barrier extended), and near it
+every = pytest.mark.parametrize("name", CATALOG)
+
+
+@every
+@pytest.mark.parametrize("spread", SPREADS)
+def test_declared_units_are_those_of_the_equations(name, spread):
+    assert_units(CATALOG[name](), spread)
+
+
+@every
+def test_name_doc_unit(name):
+    part = CATALOG[name]()
+    assert part.name == name
+    groups = (part.parameters, part.calculated_parameters, part.inputs, part.states, part.outputs_declared)
+    for v in (v for group in groups for v in group):
+        assert v.unit in UNITS and v.doc and v.doc[-1] != ".", v.name
+        assert v.display_unit is None or v.display_unit in UNITS[v.unit].display, v.name
+        assert all(ord(c) < 128 for c in v.name + v.doc), v.name
+
+
+@every
+@pytest.mark.parametrize("spread", SPREADS)
+def test_finite_at_random_states(name, spread):
+    rng = np.random.default_rng(2)
+    for t in (0.0, 3.0, 1e3):
+        point = Point(CATALOG[name](), rng, spread, t=t)
+        assert np.isfinite(np.concatenate([point.rates_flat(), point.outputs_flat(), point.c])).all()
+
+
+@every
+def test_start_values_pass_check(name):
+    assert Point(CATALOG[name]()).violated() == []
+
+
+@every
+@pytest.mark.parametrize("spread", SPREADS)
+def test_directional_derivatives(name, spread):
+    """forward and initial_forward against differences (order 4) along a random direction of everything."""
+    part, rng, h = CATALOG[name](), np.random.default_rng(3), 1e-3
+    point = Point(part, rng, spread, t=2.0)
+    values = {n: getattr(point, n) for n in ("t", "x", "u", "p", "m")}
+    size = {"t": 1.0, "x": np.abs(point.x), "u": 1e-2 + np.abs(point.u), "p": np.abs(point.p), "m": 1.0}
+    seeds = {n: spread * size[n] * rng.normal(size=np.shape(v)) for n, v in values.items()}
+
+    def at(steps):
+        for n, value in values.items():
+            setattr(point, n, value + steps * h * seeds[n])
+        return np.concatenate([point.rates_flat(), point.outputs_flat(), point.initial()])
+
+    expected = (8 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12 * h)
+    f = part.functions
+    where = (values["t"], values["x"], values["u"], values["p"], numbers(f.calculate(values["p"])))
+    s = list(seeds.values())
+    found = np.concatenate([numbers(v) for v in (*f.forward(*where, *s), f.initial_forward(*where, *s[:4])[0])])
+    rounding = 1e-15 / h  # of values of the size of one
+    assert_allclose(found, expected, rtol=1e-5, atol=1e-8 * np.max(np.abs(expected)) + rounding)
+
+
+@pytest.mark.parametrize("name", [n for n in CATALOG if CATALOG[n]().states])
+def test_advance_is_of_order_four(name):
+    faster = {"beta": 10.0, "gamma": 10.0} if "Tracking" in name or "Performance" in name else {}
+    steps = (8, 16, 32) if faster else (32, 64, 128)  # the plant's fastest mode has 14 rad/s
+    point, time = Point(CATALOG[name](), np.random.default_rng(4), 0.01, **faster), 0.4
+    reference = point.advance(time / 1024, 1024)[:, -1]
+    errors = [np.abs(point.advance(time / n, n)[:, -1] - reference).max() for n in steps]
+    slopes = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert (np.abs(slopes - 4) < 0.3).all(), (slopes, errors)
+
+
+def numbered_comments(path: Path):
+    """(line, equation number) of every comment that is an equation number."""
+    for token in tokenize.generate_tokens(io.StringIO(path.read_text()).readline):
+        if token.type == tokenize.COMMENT:
+            for number in re.findall(r"\((\d+[a-z]?)\)", token.string):
+                yield token.start[0], number
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.stem)
+def test_equation_numbers_are_in_the_docstring(path):
+    docstring = ast.get_docstring(ast.parse(path.read_text())) or ""
+    assert docstring, "every module has a docstring"
+    for line, number in numbered_comments(path):
+        assert f"({number})" in docstring, f"{path.name}, line {line}: no equation ({number}) above"
+
+
+@pytest.mark.parametrize("name", CATALOG)
+def test_documents_of_a_component(name):
+    docstring = sys.modules[CATALOG[name].__module__].__doc__
+    assert "Source:" in docstring and "Limits:" in docstring
+    assert "Frames:" in docstring or "Symbols:" in docstring
+
+
+def test_importing_the_catalog_builds_nothing():
+    """Importing and listing the catalog makes no CasADi Function (a rebuild of nothing is to take no time)."""
+    code = (
+        "import casadi\n"
+        "class Refused(casadi.Function):\n"
+        "    def __init__(self, *arguments): raise SystemExit(f'a Function was built: {arguments[0]}')\n"
+        "casadi.Function = Refused\n"
+        "from components.catalog import CATALOG\n"
+        "[make().inputs for make in CATALOG.values()]\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=PACKAGE.parent, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
