@@ -74,6 +74,7 @@ class Functions:
     check       (t, x, u, p, c) -> margins, shown
     forward     (t, x, u, p, c, st, sx, su, sp, sm) -> sdx, sy      directional derivative
     initial_forward  (t, x, u, p, c, st, sx, su, sp) -> sx_initial, sm     the same of initial and mean_rates
+    calculate_forward  (p, sp) -> sc                                the same of calculate
     """
 
     def __init__(self, component: "Component"):
@@ -233,6 +234,13 @@ class Functions:
         means = self.mean_rates(*point) if self._means else ca.SX(0, 1)
         expressions = {"sx_initial": self.initial(*point), "sm": means}
         return self._directional("initial_forward", expressions, ["st", "sx", "su", "sp"])
+
+    @cached_property
+    def calculate_forward(self) -> ca.Function:
+        """Directional derivative of the calculated parameters."""
+        sp = self._seeds["sp"]
+        sc = ca.densify(ca.jtimes(self.calculate(self._p), self._p, sp))
+        return ca.Function("calculate_forward", [self._p, sp], [sc], ["p", "sp"], ["sc"], {"cse": True})
 
     # ---- sparsity -----------------------------------------------------------------------------------------------------
 

@@ -1,0 +1,155 @@
+"""One C source -> a shared library for a platform, reproducibly: the same source gives the same bytes.
+
+For this machine: `$CC`, else cc, gcc or clang, else the compiler of the package ziglang. For a platform that is named: ziglang
+(old enough a glibc, so that the library runs on other machines too), else the compiler of this machine if it is its platform.
+A macOS library is universal: one slice for each processor, joined here.
+"""
+
+import importlib.util
+import os
+import platform as machine
+import shlex
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from .errors import BuildError, CompileFailed, NoCompiler
+
+HOST = "host"
+SUFFIXES = {"linux64": ".so", "win64": ".dll", "darwin64": ".dylib"}
+ZIG_TARGETS = {
+    "linux64": ("x86_64-linux-gnu.2.17",),
+    "win64": ("x86_64-windows-gnu",),
+    "darwin64": ("x86_64-macos.11.0", "aarch64-macos.11.0"),
+}
+FLAGS = ("-shared", "-fPIC", "-O2", "-std=c99", "-ffp-contract=off", "-fvisibility=hidden", "-g0", "-s")
+COMPILERS = ("cc", "gcc", "clang")
+
+
+def host_platform() -> str:
+    """Return FMI 2.0's folder name of this machine's binaries; it does not tell processors of 64 bits apart."""
+    name = {"Linux": "linux64", "Windows": "win64", "Darwin": "darwin64"}.get(machine.system())
+    if name is None or sys.maxsize < 2**32:
+        raise BuildError(
+            f"no FMI 2.0 platform for {machine.system()} on {machine.machine()}. Known: {', '.join(SUFFIXES)}, all of 64 bits."
+        )
+    return name
+
+
+def resolve_platforms(platforms: tuple[str, ...]) -> list[str]:
+    """Check the names of platforms ("host" is this machine's) and return them without repetition; raises BuildError."""
+    unknown = [p for p in platforms if p != HOST and p not in SUFFIXES]
+    if unknown:
+        raise BuildError(f"unknown platform {unknown[0]!r}. Platforms: {HOST}, {', '.join(SUFFIXES)}.")
+    named = {p for p in platforms if p != HOST}
+    return [p for p in dict.fromkeys(platforms) if p != HOST or host_platform() not in named]
+
+
+def find_compiler() -> list[str]:
+    """Return the command of this machine's compiler; raises NoCompiler."""
+    chosen = shlex.split(os.environ.get("CC", ""), posix=os.name == "posix")
+    if chosen:
+        if shutil.which(chosen[0]) is None:
+            raise NoCompiler([f"$CC = {' '.join(chosen)}"])
+        return chosen
+    for name in COMPILERS:
+        if shutil.which(name):
+            return [name]
+    if _has_zig():
+        target = {"arm64": "aarch64", "AMD64": "x86_64"}.get(machine.machine(), machine.machine())
+        system = {"linux64": "linux-gnu.2.17", "win64": "windows-gnu", "darwin64": "macos.11.0"}[host_platform()]
+        return [*_zig(), "-target", f"{target}-{system}"]
+    raise NoCompiler([*COMPILERS, "python -m ziglang cc"])
+
+
+def compiler_name() -> str:
+    """Return what tells this machine's compiler from another one, or "none"."""
+    try:
+        command = find_compiler()
+    except NoCompiler:
+        return "none"
+    path = Path(shutil.which(command[0]) or command[0]).resolve()
+    return " ".join([str(path), *command[1:]])
+
+
+def compile_library(
+    folder: Path, source: str, output: Path, platform: str = HOST, include: tuple[Path, ...] = ()
+) -> None:
+    """Compile one C source, named relative to its folder, into the shared library `output`.
+
+    platform: "host", "linux64", "win64" or "darwin64". include: folders of further headers. Raises NoCompiler, CompileFailed.
+    """
+    resolve_platforms((platform,))
+    system = host_platform() if platform == HOST else platform
+    output.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=output.parent, prefix=".compile-") as place:
+        parts: list[Path] = []
+        for i, command in enumerate(_commands(platform)):
+            part = Path(place) / str(i) / output.name  # a name inside the library must not tell where it was made
+            part.parent.mkdir()
+            includes = [f"-I{path.resolve()}" for path in include]
+            arguments = [*command, *FLAGS, *includes, source, "-o", str(part.resolve())]
+            if system == "darwin64":
+                arguments.append(f"-Wl,-install_name,@rpath/{output.name}")
+            if system != "win64":
+                arguments.append("-lm")
+            _run(arguments, folder)
+            parts.append(part)
+        if len(parts) > 1:
+            _join(parts, Path(place) / output.name)
+            parts = [Path(place) / output.name]
+        os.replace(parts[0], output)
+
+
+def _commands(platform: str) -> list[list[str]]:
+    """Return the compiler's command, one for each processor that the library is for."""
+    if platform == HOST or (platform == host_platform() and not _has_zig()):
+        return [find_compiler()]
+    if not _has_zig():
+        raise NoCompiler([f"python -m ziglang cc, for {platform}"])
+    return [[*_zig(), "-target", target] for target in ZIG_TARGETS[platform]]
+
+
+def _has_zig() -> bool:
+    return importlib.util.find_spec("ziglang") is not None
+
+
+def _zig() -> list[str]:
+    return [sys.executable, "-m", "ziglang", "cc"]
+
+
+def _cache_folder() -> Path:
+    """Return this user's folder for what a compiler keeps between runs."""
+    if os.name == "nt":
+        base = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
+    elif sys.platform == "darwin":
+        base = Path.home() / "Library" / "Caches"
+    else:
+        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return base / "adcs-cosim" / "zig"
+
+
+def _run(arguments: list[str], folder: Path) -> None:
+    cache = str(_cache_folder())
+    environment = {"ZIG_GLOBAL_CACHE_DIR": cache, "ZIG_LOCAL_CACHE_DIR": cache, **os.environ}
+    done = subprocess.run(arguments, cwd=folder, env=environment, capture_output=True, text=True, errors="replace", check=False)
+    if done.returncode != 0:
+        raise CompileFailed(arguments, done.stderr or done.stdout)
+
+
+def _join(slices: list[Path], output: Path) -> None:
+    """Write a universal Mach-O file: a table of the slices, each beginning on a page of its own."""
+    bits = 14
+    page = 1 << bits
+    table, body, offset = struct.pack(">II", 0xCAFEBABE, len(slices)), b"", page
+    for path in slices:
+        data = path.read_bytes()
+        processor, kind = struct.unpack("<II", data[4:12])
+        table += struct.pack(">IIIII", processor, kind, offset, len(data), bits)
+        padded = data + b"\0" * (-len(data) % page)
+        body += padded
+        offset += len(padded)
+    output.write_bytes(table.ljust(page, b"\0") + body)
