@@ -203,7 +203,8 @@ class Component:
         inputs = start_vector(self.inputs) if u is None else u
         p = start_vector(self.parameters)
         f = self.functions.rates
-        jacobian = ca.Function("J", f.mx_in(), [ca.jacobian(f(*f.mx_in()), v) for v in (f.mx_in(1), f.mx_in(2))])
+        arguments = f.mx_in()
+        jacobian = ca.Function("J", arguments, [ca.jacobian(f(*arguments), v) for v in arguments[1:3]])
         a, b = jacobian(t, x, inputs, p, self.functions.calculate(p))
         return a.full(), b.full()
 

@@ -1,0 +1,200 @@
+"""The flexible spacecraft: conservation laws, closed forms, limits, refusals."""
+
+import numpy as np
+import pytest
+from helpers import Point, numbers, split
+from numpy.testing import assert_allclose
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+
+from components.plants.flexible_spacecraft import FlexibleSpacecraft
+
+PLANT = FlexibleSpacecraft()
+RNG = np.random.default_rng(7)
+TUMBLING = dict(
+    q_BN=Rotation.from_euler("XYZ", [0.4, -0.3, 0.8]).as_quat(scalar_first=True),
+    omega_BN_B=[0.03, -0.02, 0.04],
+    eta=0.02 * RNG.uniform(-1, 1, 8),
+    eta_dot=0.02 * RNG.uniform(-1, 1, 8),
+)
+J = np.array([[120.0, 5.0, -3.0], [5.0, 90.0, 4.0], [-3.0, 4.0, 150.0]])
+
+
+def test_feedthrough():
+    assert FlexibleSpacecraft().direct_feedthrough == {"H_N": ("h_B",), "energy": ()}
+
+
+def rows(point: Point, columns: np.ndarray) -> tuple[dict, dict]:
+    """States and outputs of the columns of states, by name."""
+    f, n = point.functions, columns.shape[1]
+    y = f.outputs.map(n)(point.t, columns, point.u, point.p, point.c, point.m).full().T
+    return split(point.component.states, columns.T), split(point.component.outputs_declared, y)
+
+
+@pytest.fixture(scope="module")
+def flight():
+    """200 s without torque from a tumble, every internal step of 1 ms, and with momentum stored."""
+    point = Point(FlexibleSpacecraft(), h_B=[3.0, -1.0, 2.0], **TUMBLING)
+    return rows(point, point.advance(1e-3, 200_000))
+
+
+def test_total_momentum_is_constant(flight):
+    H = flight[1]["H_N"]
+    assert np.abs(H - H[0]).max() < 1e-10 * np.linalg.norm(H[0])
+
+
+def test_quaternion_stays_a_unit_quaternion(flight):
+    assert np.abs(np.linalg.norm(flight[0]["q_BN"], axis=1) - 1).max() < 1e-12
+
+
+def test_damping_only_takes_energy(flight):
+    energy = flight[1]["energy"]
+    assert (np.diff(energy) <= 1e-15).all()
+    assert energy[-1] < energy[0]
+
+
+def flow(point: Point, time: float, rtol: float = 1e-12, count: int = 101):
+    """Integrate the derivatives by scipy, inputs held: times and states as columns."""
+
+    def rates(_, x):
+        return numbers(point.functions.rates(0.0, x, point.u, point.p, point.c))
+
+    solution = solve_ivp(rates, (0, time), point.x, "DOP853", np.linspace(0, time, count), rtol=rtol, atol=1e-15)
+    return solution.t, solution.y
+
+
+def test_energy_is_constant_without_damping():
+    point = Point(FlexibleSpacecraft(), zeta=np.zeros(8), **TUMBLING)
+    energy = rows(point, flow(point, 20.0)[1])[1]["energy"]
+    assert_allclose(energy, energy[0], rtol=1e-10)
+
+
+def rate_of_outputs(point: Point) -> dict:
+    """Time derivative of the outputs along the motion, inputs held."""
+    none = (0 * point.u, 0 * point.p, [])
+    _, rate = point.functions.forward(0, point.x, point.u, point.p, point.c, 0, point.rates_flat(), *none)
+    return split(point.component.outputs_declared, numbers(rate))
+
+
+def test_energy_changes_by_power_and_damping():
+    for _ in range(5):
+        point = Point(FlexibleSpacecraft(), RNG, 0.3, J=J + 300 * np.eye(3))
+        u, x, p = split(PLANT.inputs, point.u), point.states(), split(PLANT.parameters, point.p)
+        power = x["omega_BN_B"] @ (u["tau_B"] + u["tau_dist_B"])
+        lost = np.sum(2 * p["zeta"] * p["Omega"] * x["eta_dot"] ** 2)
+        assert_allclose(rate_of_outputs(point)["energy"], power - lost, rtol=1e-11)
+
+
+def test_total_momentum_changes_by_the_torque():
+    """dH_N/dt = R (tau + d) while h_B is held: the torque in inertial axes, whatever the modes do."""
+    point = Point(FlexibleSpacecraft(), RNG, 0.3, q_BN=TUMBLING["q_BN"])
+    u = split(PLANT.inputs, point.u)
+    torque = Rotation.from_quat(TUMBLING["q_BN"], scalar_first=True).apply(u["tau_B"] + u["tau_dist_B"])
+    assert_allclose(rate_of_outputs(point)["H_N"], torque, rtol=1e-11)
+
+
+def test_symmetric_body_against_the_closed_form():
+    """Torque-free body with J = diag(A, A, C): precession about H at |H| / A, spin about z at (A - C) / A omega_z."""
+    A, C, omega, time = 100.0, 160.0, np.array([0.05, -0.02, 0.3]), 60.0
+    start = Rotation.from_euler("XYZ", [0.4, -0.3, 0.8])
+    plant = FlexibleSpacecraft(modes=0, J=np.diag([A, A, C]), omega_BN_B=omega, q_BN=start.as_quat(scalar_first=True))
+    t, x = flow(Point(plant), time, 1e-13)
+    states = split(plant.states, x.T)
+    H = start.apply([A * omega[0], A * omega[1], C * omega[2]])
+    spin = Rotation.from_rotvec(np.outer(t, [0, 0, (A - C) / A * omega[2]]))
+    expected = Rotation.from_rotvec(np.outer(t, H / A)) * start * spin
+    found = Rotation.from_quat(states["q_BN"], scalar_first=True)
+    assert (expected.inv() * found).magnitude().max() < 1e-10
+    rate = (C - A) / A * omega[2]
+    assert_allclose(states["omega_BN_B"][:, 0], omega[0] * np.cos(rate * t) - omega[1] * np.sin(rate * t), atol=1e-11)
+
+
+AT_REST = dict(q_BN=[1, 0, 0, 0], omega_BN_B=[0, 0, 0])
+
+
+def poles(plant: FlexibleSpacecraft) -> np.ndarray:
+    """Oscillating poles, those with a positive imaginary part, of the linearised plant at rest."""
+    a, _ = plant.linearise(Point(plant, **AT_REST).x)
+    values = np.linalg.eigvals(a)
+    return values[values.imag > 1e-3]
+
+
+def test_free_frequencies_and_damping_of_the_paper():
+    found = poles(FlexibleSpacecraft())
+    frequency = np.abs(found) / (2 * np.pi)
+    free = [0.38534, 1.05350, 1.33163, 2.22827]  # zhang2018: both panels against the hub
+    clamped = [0.379, 1.042, 1.331, 2.226]  # both panels in step: the hub does not move
+    assert_allclose(np.sort(frequency), np.sort(free + clamped), atol=1e-4)
+    first = found[np.argmin(np.abs(frequency - free[0]))]
+    assert_allclose(-first.real / abs(first), 0.00508, atol=1e-4)
+
+
+def test_one_mode_against_the_closed_form():
+    coupling = np.array([[3.0, -2.0, 4.0]])
+    plant = FlexibleSpacecraft(modes=1, J=J, delta=coupling, Omega=[2.5], zeta=[0.0])
+    (pole,) = poles(plant)
+    assert_allclose(abs(pole), 2.5 / np.sqrt(1 - (coupling @ np.linalg.solve(J, coupling.T))[0, 0]), rtol=1e-10)
+
+
+def test_panels_move_against_each_other():
+    """Equal panels on opposite sides, both at rest: eta of panel 2 = -eta of panel 1 for every torque."""
+    point = Point(FlexibleSpacecraft(), tau_B=[0.6, -0.5, 0.2], tau_dist_B=[0.01, 0.02, -0.03])
+    eta = rows(point, point.advance(1e-3, 20_000))[0]["eta"]
+    assert np.abs(eta).max() > 1e-4
+    assert np.abs(eta[:, :4] + eta[:, 4:]).max() < 1e-12
+
+
+def test_stiff_modes_are_a_rigid_body():
+    """The difference from the rigid body falls at least as 1 / Omega."""
+    torque, time = [0.5, -0.3, 0.4], 4.0
+    _, rigid = flow(Point(FlexibleSpacecraft(modes=0), tau_B=torque), time)
+    differences = []
+    for factor in (10.0, 20.0, 40.0):
+        plant = FlexibleSpacecraft(zeta=0.5)
+        stiff = Point(plant, Omega=factor * plant.parameters[2].start, tau_B=torque)
+        differences.append(np.abs(flow(stiff, time, 1e-10)[1][:7] - rigid).max())
+    assert differences[0] < 1e-4
+    assert differences[1] < differences[0] / 1.9
+    assert differences[2] < differences[1] / 1.9
+
+
+def test_without_modes_it_is_the_rigid_body():
+    plant = FlexibleSpacecraft(modes=0, J=J)
+    omega, h, torque = np.array([0.03, -0.2, 0.1]), np.array([1.0, 2.0, -3.0]), np.array([0.5, 0.1, -0.2])
+    point = Point(plant, omega_BN_B=omega, h_B=h, tau_B=torque)
+    expected = np.linalg.solve(J, torque - np.cross(omega, J @ omega + h))  # Euler's equation
+    assert_allclose(point.rates()["omega_BN_B"], expected, rtol=1e-12)
+    assert_allclose(point.outputs()["energy"], omega @ J @ omega / 2, rtol=1e-14)
+    assert point.violated() == []
+    assert [v.name for v in plant.states if v.size] == ["q_BN", "omega_BN_B"]
+
+
+@pytest.mark.parametrize("modes", [1, 3, 8, 11])
+def test_start_values_for_any_number_of_modes(modes):
+    plant = FlexibleSpacecraft(modes=modes)
+    delta, Omega = (next(v.start for v in plant.parameters if v.name == n) for n in ("delta", "Omega"))
+    assert delta.shape == (modes, 3)
+    assert_allclose(delta[0], [2.62, 6.89e-3, -3.44e-3])
+    assert not delta[8:].any() and (Omega > 0).all()
+    assert Point(plant).violated() == []
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"J": J + [[0, 1, 0], [0, 0, 0], [0, 0, 0]]}, ["J is not symmetric", "differ by 1 kg.m2"]),
+        ({"J": np.diag([100.0, -5.0, 100.0])}, ["J is not positive definite", "smallest eigenvalue -5 kg.m2"]),
+        ({"J": np.diag([10.0, 300.0, 300.0])}, ["J - delta^T delta is not positive definite", "-4.5", "more inertia than J"]),
+        ({"Omega": [1, 2, 3, 4, 5, 6, 7, -8]}, ["Omega has an element -8 rad/s", "negative"]),
+        ({"zeta": [-0.01] + 7 * [0]}, ["zeta has an element -0.01 1", "negative"]),
+        ({"q_BN": [1.0, 0.0, 0.0, 0.1]}, ["q_BN has norm 1.00499", "unit quaternion"]),
+    ],
+    ids=["asymmetric", "J", "hub", "Omega", "zeta", "q_BN"],
+)
+def test_refusals(values, words):
+    messages = Point(FlexibleSpacecraft(), **values).violated()
+    assert any(all(word in message for word in words) for message in messages), messages
+
+
+def test_undamped_and_fixed_modes_are_allowed():
+    assert Point(FlexibleSpacecraft(), zeta=np.zeros(8), Omega=np.zeros(8)).violated() == []
