@@ -1,4 +1,5 @@
 """What can go wrong between a system on paper and its last row: one class per kind, text made from its fields."""
+# ruff: noqa: N818 (the names are those of the design: StepFailed says more than StepFailedError)
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -76,7 +77,7 @@ class CyclicOrder(SimulationError):
     connections: Sequence[str]
 
     def __str__(self) -> str:
-        """The cycle, and what breaks it."""
+        """Name the cycle, and what breaks it."""
         return (
             "every component of this cycle would have to step before the next: "
             + "; ".join(self.connections)
@@ -92,7 +93,7 @@ class AlgebraicLoop(SimulationError):
     problem: str
 
     def __str__(self) -> str:
-        """The loop variable by variable, why it was not solved, the way out."""
+        """Print the loop variable by variable, why it was not solved, the way out."""
         return f"{' <- '.join(self.path)}: {self.problem}. Give one of these outputs a state, or hold one input."
 
 
@@ -144,10 +145,12 @@ class StepFailed(SimulationError):
     def __str__(self) -> str:
         """Component, status, time and step, the value or the FMU's own words."""
         where = f"communication point {self.time:g} s, step {self.step:g} s"
+        words = quoted(self.messages)
         if self.variable is not None:
-            return f"{self.component}.{self.variable} became {self.value} in the step from {where}{quoted(self.messages)}"
-        last = f" (last successful time {self.last_successful_time:g} s)" if self.last_successful_time is not None else ""
-        return f"{self.component} returned {self.status} at {where}{last}{quoted(self.messages)}"
+            return f"{self.component}.{self.variable} became {self.value} in the step from {where}{words}"
+        last = self.last_successful_time
+        reached = f" (last successful time {last:g} s)" if last is not None else ""
+        return f"{self.component} returned {self.status} at {where}{reached}{words}"
 
 
 @dataclass(eq=False)
@@ -158,7 +161,7 @@ class NotSupported(SimulationError):
     advice: str
 
     def __str__(self) -> str:
-        """What, and what to do instead."""
+        """Say what, and what to do instead."""
         return f"{self.what}. {self.advice}"
 
 

@@ -111,9 +111,7 @@ class Interface:
     def _inputs_among(self, names: tuple[str, ...] | None) -> tuple[str, ...]:
         if names is None:
             return tuple(v.name for v in self.inputs if v.type == "Real")
-        return tuple(
-            n for n in names if self.variables[n].causality == "input" and self.variables[n].type == "Real"
-        )
+        return tuple(n for n in names if self.variables[n].causality == "input" and self.variables[n].type == "Real")
 
 
 def from_model_description(description: Any, *, refresh: bool, step_means: Iterable[str]) -> Interface:
@@ -178,11 +176,12 @@ def _dependencies(unknown: Any) -> tuple[str, ...] | None:
 
 
 def _unit(unit: Any) -> Unit:
-    base = unit.baseUnit
+    base = None
+    if unit.baseUnit is not None:
+        to_si = Conversion(float(unit.baseUnit.factor), float(unit.baseUnit.offset))
+        base = BaseUnit(tuple(int(getattr(unit.baseUnit, e)) for e in EXPONENTS), to_si)
     return Unit(
         unit.name,
-        None
-        if base is None
-        else BaseUnit(tuple(int(getattr(base, e)) for e in EXPONENTS), Conversion(float(base.factor), float(base.offset))),
+        base,
         {d.name: Conversion(float(d.factor), float(d.offset)) for d in unit.displayUnits},
     )

@@ -3,7 +3,7 @@
 import ast
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -61,16 +61,16 @@ class System:
     """
 
     name: str
-    components: Mapping[str, str]
+    components: dict[str, str]
     connections: Sequence[Connection] = ()
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    vehicle: Mapping[str, Any] = field(default_factory=dict)
-    held: Mapping[str, Any] = field(default_factory=dict)
-    steps: Mapping[str, int] = field(default_factory=dict)
+    parameters: dict[str, Any] = field(default_factory=dict)
+    vehicle: dict[str, Any] = field(default_factory=dict)
+    held: dict[str, Any] = field(default_factory=dict)
+    steps: dict[str, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Copy what the caller could change later, make arrays plain, so that equal systems compare equal."""
-        object.__setattr__(self, "components", {k: str(v) for k, v in self.components.items()})
+        object.__setattr__(self, "components", dict(self.components))
         object.__setattr__(self, "connections", tuple(self.connections))
         for name in ("parameters", "vehicle", "held"):
             object.__setattr__(self, name, {k: plain(v) for k, v in getattr(self, name).items()})

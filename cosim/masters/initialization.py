@@ -1,0 +1,128 @@
+"""Exact initialization, the same for every master.
+
+In initialization mode inputs are set and outputs read in the order of InitialUnknowns, again and again, until no bit
+changes. Algebraic loops are solved (algebraic_loop.py).
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cosim.errors import AlgebraicLoop, CallFailed, InitializationFailed
+from cosim.links import Wiring
+from cosim.masters.algebraic_loop import Loop, same_bits
+from cosim.masters.plan import Plan, Reading
+from cosim.protocol import Slave
+from cosim.time import to_seconds
+
+FloatArray = NDArray[np.float64]
+
+
+def initialize(plan: Plan, wiring: Wiring, slaves: Mapping[str, Slave]) -> FloatArray:
+    """Bring fresh slaves to the first communication point; return the values of the plan's slots, shape (size,).
+
+    Raises `InitializationFailed` (an FMU refused, an output is not finite) and `AlgebraicLoop`.
+    """
+    try:
+        _enter(plan, wiring, slaves)
+        exchange = Exchange(plan, slaves)
+        _settle(plan, exchange)
+        for place in range(len(plan.components)):
+            exchange.set_inputs(place)
+        for slave in slaves.values():
+            slave.exit_initialization_mode()
+        return _read(plan, slaves, exchange.values)
+    except CallFailed as error:
+        problem = f"{error.function} returned {error.status}"
+        raise InitializationFailed(error.component, problem, error.messages) from error
+
+
+def _enter(plan: Plan, wiring: Wiring, slaves: Mapping[str, Slave]) -> None:
+    for slave in slaves.values():
+        slave.instantiate()
+    for port, value in wiring.settings.items():
+        slaves[port.component].set(slaves[port.component].interface.variables[port.variable], value)
+    for slave in slaves.values():
+        slave.setup_experiment(to_seconds(plan.schedule.start))
+    for slave in slaves.values():
+        slave.enter_initialization_mode()
+    for port, value in wiring.held.items():
+        slaves[port.component].set(slaves[port.component].interface.variables[port.variable], value)
+
+
+def _settle(plan: Plan, exchange: "Exchange") -> None:
+    """Sweep until no bit changes; n parts need at most n + 1 sweeps even where InitialUnknowns are wrong."""
+    parts = [Loop(exchange, e.readings, e.loop) if e.loop else Chain(exchange, e.readings) for e in plan.initialization]
+    before = exchange.values.copy()
+    for _ in range(len(parts) + 2):
+        before = exchange.values.copy()
+        for part in parts:
+            part.evaluate()
+        if same_bits(exchange.values, before):
+            return
+    names = [f"{c.name}.{n}" for c in plan.components for n in c.outputs.names]
+    slots = [s for c in plan.components for s in range(c.outputs.values.start, c.outputs.values.stop)]
+    changing = [n for n, s in zip(names, slots, strict=True) if exchange.values[s] != before[s]]
+    raise AlgebraicLoop(changing, "these values never settle, though InitialUnknowns show no loop")
+
+
+def _read(plan: Plan, slaves: Mapping[str, Slave], values: FloatArray) -> FloatArray:
+    for c in plan.components:
+        slave, outputs = slaves[c.name], c.outputs
+        values[outputs.values] = slave.get_real(outputs.references)
+        for i in np.flatnonzero(~np.isfinite(values[outputs.values])):
+            problem = f"{outputs.names[i]} is {values[outputs.values][i]} at the start"
+            raise InitializationFailed(c.name, problem, tuple(slave.messages))
+        if outputs.derivative_references:
+            values[outputs.derivatives] = slave.get_output_derivatives(
+                outputs.derivative_references, outputs.derivative_orders
+            )
+    return values
+
+
+class Exchange:
+    """The values of all slots in initialization mode, and which of them are known yet."""
+
+    def __init__(self, plan: Plan, slaves: Mapping[str, Slave]) -> None:
+        self.components = plan.components
+        self.slaves = slaves
+        self.values: FloatArray = np.zeros(plan.size)
+        self.known = np.zeros(plan.size, dtype=np.bool_)
+        constants = slice(plan.size - len(plan.constants), plan.size)
+        self.values[constants], self.known[constants] = plan.constants, True
+
+    def set_inputs(self, place: int) -> None:
+        """Set the inputs of a component whose sources are known; the others keep their start values."""
+        inputs = self.components[place].inputs
+        ready = self.known[inputs.source]
+        if ready.any():
+            values = inputs.factor[ready] * self.values[inputs.source[ready]] + inputs.addend[ready]
+            references = tuple(r for r, known in zip(inputs.references, ready, strict=True) if known)
+            self.slave(place).set_real(references, values)
+
+    def read(self, reading: Reading) -> FloatArray:
+        """Return outputs of a component as its inputs are now."""
+        return self.slave(reading.component).get_real(reading.references)
+
+    def store(self, reading: Reading, values: FloatArray) -> None:
+        """Make values known to the inputs that follow."""
+        self.values[reading.slots] = values
+        self.known[reading.slots] = True
+
+    def slave(self, place: int) -> Slave:
+        """Return the slave of a component by its place in the stepping order."""
+        return self.slaves[self.components[place].name]
+
+
+class Chain:
+    """Outputs of one component that depend on none of their own."""
+
+    def __init__(self, exchange: Exchange, readings: tuple[Reading, ...]) -> None:
+        self.exchange, self.readings = exchange, readings
+
+    def evaluate(self) -> None:
+        """Set the inputs, read the outputs."""
+        for reading in self.readings:
+            self.exchange.set_inputs(reading.component)
+            self.exchange.store(reading, self.exchange.read(reading))

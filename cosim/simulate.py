@@ -1,0 +1,154 @@
+"""One call from a system and an experiment to a result."""
+
+import importlib
+import json
+import tempfile
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cosim import formats, runinfo
+from cosim.errors import CallFailed, ResultExists, SimulationError
+from cosim.interrupt import interruptible
+from cosim.masters.initialization import initialize
+from cosim.masters.master import Master
+from cosim.masters.plan import Plan
+from cosim.recorder import Recorder
+from cosim.result import FILES, INFO, Result
+from cosim.slave import FmuSlave, Slave
+from cosim.swap import SwapReport
+from cosim.system import Experiment, System
+from cosim.time import Schedule, to_seconds
+from cosim.wiring import wire
+
+Locate = Callable[[str], Path]
+Progress = Callable[[float, float], None]
+
+
+def simulate(
+    system: System,
+    experiment: Experiment,
+    *,
+    out: Path | str | None = None,
+    slaves: Mapping[str, Slave] | None = None,
+    locate: Locate | None = None,
+    progress: Progress | None = None,
+    format: str = "parquet",
+    overwrite: bool = False,
+    swap: SwapReport | Sequence[SwapReport] | None = None,
+    metrics: Callable[[Result], Mapping[str, Any]] | None = None,
+) -> Result:
+    """Run an experiment and return what it recorded.
+
+    `out`: the result folder (None: nothing is left on disk). `slaves`: instances to use instead of FMUs, by instance
+    name. `locate`: FMU reference -> path. `progress(t, stop_time)`, both in s, is called some times a second. `swap`
+    and the value of `metrics(result)` go into run.json.
+
+    Ctrl-C ends the run between two steps; its result has status "interrupted". Raises `ResultExists`, `TimeError`,
+    `FmuError`, `WiringErrors`, `CyclicOrder`, `AlgebraicLoop`, `InitializationFailed` before anything is written, and
+    `StepFailed` once the rows up to the failure are: the exception's `result` has them.
+    """
+    began = time.perf_counter()
+    formats.check_format(format)
+    if out is not None and not overwrite:
+        refuse_existing(Path(out))
+    schedule = Schedule.of(
+        experiment.start_time, experiment.stop_time, experiment.communication_step_size, experiment.every
+    )
+    with ExitStack() as stack:
+        given = dict(slaves or {})
+        paths = {n: find(r, locate) for n, r in system.components.items() if n not in given}
+        used = {n: given[n] if n in given else FmuSlave(n, paths[n]) for n in system.components}
+        wiring = wire(system, {name: slave.interface for name, slave in used.items()})
+        plan = experiment.master.plan(wiring, schedule, experiment.record)
+        info = runinfo.setup(system, experiment, wiring, plan, paths, swap)
+        for slave in used.values():
+            stack.callback(slave.free)
+        values = initialize(plan, wiring, used)
+        folder = Path(out) if out is not None else Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        clear(folder)
+        (folder / INFO).write_text(_json(info | {"status": "running"}), encoding="utf-8")
+        flight = _fly(experiment.master, plan, used, values, folder, progress)
+        for name, slave in used.items():
+            if name != getattr(flight.failure, "component", None):
+                with suppress(CallFailed):
+                    slave.terminate()
+        if out is not None:
+            formats.convert(folder, format)
+        result = Result.read(folder)
+        result.folder = folder if out is not None else None
+        result.info = info | runinfo.ending(schedule, float(result.time[-1]), flight.failure) | {"rows": len(result)}
+        if metrics is not None and result.info["status"] == "finished":
+            result.info["metrics"] = dict(metrics(result))
+        result.info["wall_time"] = {"total": time.perf_counter() - began, "loop": flight.wall_time}
+        (folder / INFO).write_text(_json(result.info), encoding="utf-8")
+    if flight.failure is not None:
+        flight.failure.result = result
+        raise flight.failure
+    return result
+
+
+@dataclass(frozen=True)
+class _Flight:
+    wall_time: float
+    failure: SimulationError | None
+
+
+def _fly(
+    master: Master,
+    plan: Plan,
+    slaves: Mapping[str, Slave],
+    values: NDArray[np.float64],
+    folder: Path,
+    progress: Progress | None,
+) -> _Flight:
+    """Run the loop with the recorder and the progress as its guests."""
+    failure: SimulationError | None = None
+    began = time.perf_counter()
+    with Recorder(folder, plan.columns) as recorder, interruptible() as stop:
+        run = master.steps(plan, slaves, values, recorder.block, stop)
+        try:
+            for done in run:
+                recorder.look()
+                if progress is not None:
+                    progress(to_seconds(plan.schedule.point(done)), to_seconds(plan.schedule.stop))
+        except KeyboardInterrupt:
+            pass  # the last row tells how far it came
+        except SimulationError as error:
+            failure = error
+        finally:
+            run.close()
+    return _Flight(time.perf_counter() - began, failure)
+
+
+def find(reference: str, locate: Locate | None = None) -> Path:
+    """Return the file of an FMU reference: by `locate` if given, a path to a .fmu file, else from the library."""
+    if locate is not None:
+        return locate(reference)
+    if reference.endswith(".fmu"):
+        return Path(reference)
+    library: Any = importlib.import_module("cosim.library")
+    return library.locate(reference)
+
+
+def refuse_existing(folder: Path) -> None:
+    """Raise `ResultExists` if a folder holds a result."""
+    if any((folder / name).exists() for name in FILES):
+        raise ResultExists(folder)
+
+
+def clear(folder: Path) -> None:
+    """Make the folder; remove an older result in it, and nothing else."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in FILES:
+        (folder / name).unlink(missing_ok=True)
+
+
+def _json(info: Mapping[str, Any]) -> str:
+    return json.dumps(info, indent=2, allow_nan=False, default=str) + "\n"

@@ -1,0 +1,279 @@
+"""FMUs as slaves, through fmpy.
+
+fmpy is imported here and nowhere else in this package.
+"""
+
+import atexit
+import ctypes
+import io
+import itertools
+import os
+import shutil
+import tempfile
+import zipfile
+from collections import deque
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+from fmpy import fmi2
+from fmpy.fmi1 import FMICallException
+from fmpy.model_description import ValidationError, read_model_description
+from lxml import etree
+
+from cosim.errors import STATUS, CallFailed, FmuError
+from cosim.interface import Interface, Scalar, Variable, from_model_description
+from cosim.protocol import FloatArray, References, Slave
+
+__all__ = ["FmuSlave", "Slave", "interface_of", "read_interface"]
+
+LOG_LINES = 200
+"""How many of its last log messages a slave keeps."""
+
+
+def read_interface(path: Path) -> Interface:
+    """Read modelDescription.xml of an FMU.
+
+    Raises `FmuError` for what is no FMU, is damaged, or is not FMI 2.0 co-simulation.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return interface_of(archive.read("modelDescription.xml"), path)
+    except FileNotFoundError as error:
+        raise FmuError(path, "there is no such file") from error
+    except (zipfile.BadZipFile, OSError) as error:
+        raise FmuError(path, f"it is not an FMU, for it is no readable zip archive ({error})") from error
+    except KeyError as error:
+        raise FmuError(path, "it is not an FMU, for there is no modelDescription.xml inside") from error
+
+
+def interface_of(xml: bytes, path: Path) -> Interface:
+    """Read the text of a modelDescription.xml; `path` is for messages. Raises `FmuError`."""
+    try:
+        root = etree.fromstring(xml)
+    except etree.XMLSyntaxError as error:
+        raise FmuError(path, f"its modelDescription.xml is damaged: {error}") from error
+    version = root.get("fmiVersion")
+    if version != "2.0":
+        raise FmuError(path, f"it is of FMI version {version}, needed is 2.0")
+    if root.find("CoSimulation") is None:
+        raise FmuError(path, "it is for model exchange only, needed is co-simulation")
+    annotation = root.find("VendorAnnotations/Tool[@name='adcs-cosim']/Slave")
+    refresh = annotation is not None and annotation.get("refresh") == "true"
+    step_means = [] if annotation is None else [e.get("variable", "") for e in annotation.findall("StepMean")]
+    try:
+        return from_model_description(_description(xml), refresh=refresh, step_means=step_means)
+    except Exception as error:  # fmpy raises whatever a damaged file leads to
+        raise FmuError(path, f"its modelDescription.xml is damaged: {_first_line(error)}") from error
+
+
+def _description(xml: bytes) -> Any:
+    """Read with validation; what breaks the schema is an error, what breaks only a finer rule is let pass."""
+    archive = io.BytesIO()  # fmpy reads archives
+    with zipfile.ZipFile(archive, "w") as writer:
+        writer.writestr("modelDescription.xml", xml)
+    try:
+        return read_model_description(archive, validate=True)
+    except ValidationError as error:
+        if any("ERROR" in problem for problem in error.problems):
+            raise
+        return read_model_description(archive, validate=False)
+
+
+def _first_line(error: Exception) -> str:
+    problems: Sequence[str] = getattr(error, "problems", ())
+    return "; ".join(problems[:3]) or str(error) or type(error).__name__
+
+
+@cache
+def _temporary() -> Path:
+    folder = Path(tempfile.mkdtemp(prefix="adcs-fmu-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
+@cache
+def _extracted(path: Path, stamp: tuple[int, int], copy: int) -> Path:
+    """Extract an FMU once per version of the file (`stamp`: time and size), or once more per `copy`."""
+    return Path(fmpy.extract(path, tempfile.mkdtemp(dir=_temporary())))
+
+
+_copies = itertools.count(1)
+_slaves: dict[int, "FmuSlave"] = {}
+_keys = itertools.count(1)
+
+
+def _log(environment: int | None, instance: bytes, status: int, category: bytes, message: bytes) -> None:
+    slave = _slaves.get(environment or 0)
+    if slave is not None:
+        slave.messages.append((message or b"").decode("utf-8", "replace").rstrip())
+
+
+_logger = fmi2.fmi2CallbackLoggerTYPE(_log)
+
+
+def _callbacks(key: int) -> Any:
+    """Return the callback functions of one instance; fmpy's proxy formats the message with its arguments."""
+    callbacks = fmi2.fmi2CallbackFunctions()
+    callbacks.logger = _logger
+    callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+    callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
+    callbacks.componentEnvironment = key
+    proxy: Callable[[Any], None] | None = getattr(fmi2, "addLoggerProxy", None)
+    if proxy is not None:
+        proxy(ctypes.byref(callbacks))
+    return callbacks
+
+
+class FmuSlave:
+    """An instance of an FMU file. `messages` are its last log messages, oldest first.
+
+    Raises `FmuError` if the file cannot be used on this machine, later `CallFailed` for every status above warning.
+    """
+
+    def __init__(self, name: str, path: Path, interface: Interface | None = None) -> None:
+        self.name = name
+        self.path = path
+        self.interface = interface or read_interface(path)
+        self.messages: deque[str] = deque(maxlen=LOG_LINES)
+        offered = fmpy.supported_platforms(str(path))
+        if fmpy.platform not in offered:
+            there = ", ".join(p for p in offered if p != "c-code") or "none"
+            advice = " It has C sources: fmpy compile builds them." if "c-code" in offered else ""
+            raise FmuError(path, f"it has no binary for this platform: needed {fmpy.platform}, there: {there}.{advice}")
+        stat = path.stat()
+        copy = next(_copies) if self.interface.only_once_per_process else 0
+        folder = _extracted(path.resolve(), (stat.st_mtime_ns, stat.st_size), copy)
+        self._fmu = self._load(folder)
+        self._key = next(_keys)
+        self._alive = False
+        self._buffers: dict[References, tuple[Any, FloatArray, Any]] = {}
+
+    def _load(self, folder: Path) -> Any:
+        here = Path.cwd()
+        try:
+            return fmi2.FMU2Slave(
+                guid=self.interface.guid,
+                modelIdentifier=self.interface.model_identifier,
+                unzipDirectory=str(folder),
+                instanceName=self.name,
+            )
+        except Exception as error:  # fmpy raises plain Exceptions here
+            raise FmuError(self.path, f"its binary cannot be loaded: {error}") from error
+        finally:
+            os.chdir(here)
+
+    def instantiate(self) -> None:
+        """fmi2Instantiate."""
+        _slaves[self._key] = self
+        try:
+            self._fmu.instantiate(callbacks=_callbacks(self._key), loggingOn=True)
+        except Exception as error:
+            raise CallFailed(self.name, "fmi2Instantiate", "no instance", tuple(self.messages)) from error
+        self._alive = True
+
+    def set(self, variable: Variable, value: Scalar) -> None:
+        """fmi2SetReal, fmi2SetInteger, fmi2SetBoolean or fmi2SetString."""
+        function = {"Real": "Real", "Boolean": "Boolean", "String": "String"}.get(variable.type, "Integer")
+        self._call(getattr(self._fmu, f"set{function}"), [variable.value_reference], [value])
+
+    def setup_experiment(self, t: float) -> None:
+        """fmi2SetupExperiment."""
+        self._call(self._fmu.setupExperiment, None, t)
+
+    def enter_initialization_mode(self) -> None:
+        """fmi2EnterInitializationMode."""
+        self._call(self._fmu.enterInitializationMode)
+
+    def exit_initialization_mode(self) -> None:
+        """fmi2ExitInitializationMode."""
+        self._call(self._fmu.exitInitializationMode)
+
+    def get_real(self, references: References) -> FloatArray:
+        """fmi2GetReal."""
+        vr, array, pointer = self._buffer(references)
+        self._call(self._fmu.fmi2GetReal, self._fmu.component, vr, len(references), pointer)
+        return array.copy()
+
+    def set_real(self, references: References, values: FloatArray) -> None:
+        """fmi2SetReal."""
+        vr, array, pointer = self._buffer(references)
+        array[:] = values
+        self._call(self._fmu.fmi2SetReal, self._fmu.component, vr, len(references), pointer)
+
+    def set_input_derivatives(self, references: References, orders: References, values: FloatArray) -> None:
+        """fmi2SetRealInputDerivatives."""
+        self._call(self._fmu.setRealInputDerivatives, references, orders, values)
+
+    def get_output_derivatives(self, references: References, orders: References) -> FloatArray:
+        """fmi2GetRealOutputDerivatives."""
+        return np.array(self._call(self._fmu.getRealOutputDerivatives, references, orders))
+
+    def do_step(self, t: float, h: float) -> None:
+        """fmi2DoStep."""
+        self._call(self._fmu.fmi2DoStep, self._fmu.component, t, h, fmi2.fmi2True)
+
+    def get_state(self) -> Any:
+        """fmi2GetFMUstate."""
+        return self._call(self._fmu.getFMUstate)
+
+    def set_state(self, state: Any) -> None:
+        """fmi2SetFMUstate."""
+        self._call(self._fmu.setFMUstate, state)
+
+    def free_state(self, state: Any) -> None:
+        """fmi2FreeFMUstate."""
+        self._call(self._fmu.freeFMUstate, state)
+
+    def serialize_state(self, state: Any) -> bytes:
+        """fmi2SerializeFMUstate."""
+        return self._call(self._fmu.serializeFMUstate, state)
+
+    def deserialize_state(self, data: bytes) -> Any:
+        """fmi2DeSerializeFMUstate."""
+        return self._call(self._fmu.deSerializeFMUstate, data)
+
+    def directional_derivative(self, unknowns: References, knowns: References, seed: FloatArray) -> FloatArray:
+        """fmi2GetDirectionalDerivative."""
+        return np.array(self._call(self._fmu.getDirectionalDerivative, unknowns, knowns, seed))
+
+    def terminate(self) -> None:
+        """fmi2Terminate, where FMI still allows it."""
+        if self._alive:
+            self._call(self._fmu.terminate)
+
+    def free(self) -> None:
+        """fmi2FreeInstance, once. The library stays loaded: unloading pythonfmu's can end the process."""
+        if self._alive:
+            self._alive = False
+            self._fmu.fmi2FreeInstance(self._fmu.component)
+        _slaves.pop(self._key, None)
+
+    def _buffer(self, references: References) -> tuple[Any, FloatArray, Any]:
+        found = self._buffers.get(references)
+        if found is None:
+            vr = (ctypes.c_uint * len(references))(*references)
+            array = np.zeros(len(references))
+            found = vr, array, array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+            self._buffers[references] = found
+        return found
+
+    def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        try:
+            return function(*arguments)
+        except FMICallException as error:
+            status = STATUS.get(error.status, f"the illegal status {error.status}")
+            last = self._last_successful_time() if error.status == fmi2.fmi2Discard else None
+            messages = tuple(self.messages)
+            if error.status == fmi2.fmi2Fatal:
+                self._alive = False  # FMI: no further call, not even fmi2FreeInstance
+            raise CallFailed(self.name, error.function, status, messages, last) from None
+
+    def _last_successful_time(self) -> float | None:
+        try:
+            return self._fmu.getRealStatus(fmi2.fmi2LastSuccessfulTime)
+        except FMICallException:
+            return None
