@@ -55,8 +55,8 @@ enum { FIELD = 1 };
 
 enum { P0 = 0, C0 = P0 + NP, U0 = C0 + NC, X0 = U0 + NU, Y0 = X0 + NX, D0 = Y0 + NY, NV = D0 + ND };
 
-static const double TICK = 1e-9;       /* s, how near to a communication point a sample counts as due there */
-static const double MOST_STEPS = 1e9;  /* internal steps or samples in a communication step */
+#define TICK 1e-9      /* s, how near to a communication point a sample counts as due there */
+#define MOST_STEPS 1e9 /* internal steps or samples in a communication step */
 
 typedef enum { INSTANTIATED = 1, INITIALIZATION = 2, STEPPING = 4, TERMINATED = 8, FAILED = 16, ANY = 31 } Mode;
 
