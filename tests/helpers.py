@@ -192,6 +192,26 @@ class Monolithic:
                 x[n] = numbers(c.functions.initial(t, x[n], values, self._p[n], self._c[n]))
         return np.concatenate(list(x.values()))
 
+    def solve(self, t: np.ndarray, x: np.ndarray | None = None, rtol: float = 1e-10, atol: float = 1e-14) -> np.ndarray:
+        """Integrate by scipy's DOP853 from t[0] and the states x (at the start if not given); the states as rows."""
+        buffer, call = self.rates.buffer()
+        time, state = np.zeros(1), np.zeros(self.rates.numel_in(1))
+        result = np.zeros_like(state)
+        buffer.set_arg(0, memoryview(time))
+        buffer.set_arg(1, memoryview(state))
+        buffer.set_res(0, memoryview(result))
+
+        def rates(now: float, values: np.ndarray) -> np.ndarray:
+            time[0], state[:] = now, values
+            call()
+            return result.copy()
+
+        start = self.start(t[0]) if x is None else x
+        solution = solve_ivp(rates, (t[0], t[-1]), start, "DOP853", t_eval=t, rtol=rtol, atol=atol)
+        if solution.status:
+            raise RuntimeError(f"monolithic integration ended at {solution.t[-1]} s: {solution.message}")
+        return solution.y.T
+
     def split(self, rows: np.ndarray) -> dict[str, np.ndarray]:
         """Rows of all states -> {"component.state": rows}."""
         found, at = {}, 0
@@ -229,23 +249,9 @@ def monolithic(
 ) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Integrate a whole system with scipy's DOP853; return t, {"component.state": rows}, {"component.output": rows}.
 
-    rows: the times to return, every 10 ms if not given.
+    rows: the times to return, the first the start's; every 10 ms if not given.
     """
     system = Monolithic(components, connections)
     t = np.linspace(0.0, stop, round(stop / 0.01) + 1) if rows is None else np.asarray(rows, float)
-    buffer, call = system.rates.buffer()
-    time, state = np.zeros(1), np.zeros(system.rates.numel_in(1))
-    result = np.zeros_like(state)
-    buffer.set_arg(0, memoryview(time))
-    buffer.set_arg(1, memoryview(state))
-    buffer.set_res(0, memoryview(result))
-
-    def rates(now: float, x: np.ndarray) -> np.ndarray:
-        time[0], state[:] = now, x
-        call()
-        return result.copy()
-
-    solution = solve_ivp(rates, (0.0, stop), system.start(), "DOP853", t_eval=t, rtol=rtol, atol=atol)
-    if solution.status:
-        raise RuntimeError(f"monolithic integration ended at {solution.t[-1]} s: {solution.message}")
-    return t, system.split(solution.y.T), system.outputs(t, solution.y.T)
+    x = system.solve(t, None, rtol, atol)
+    return t, system.split(x), system.outputs(t, x)

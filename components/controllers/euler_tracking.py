@@ -164,7 +164,8 @@ class EulerTracking(Component):
             value = vars(p)[name]
             unit = next(v.unit for v in self.parameters if v.name == name)
             conditions.append(Condition(value, f"{name} = {{}} {unit}: it must be positive.", (value,)))
-        conditions.append(Condition(p.hold_step >= 0, "hold_step = {} s: it must not be negative.", (p.hold_step,)))
+        for name, value, unit in (("hold_step", p.hold_step, "s"), ("mu_hat", x.mu_hat, "1/s2")):
+            conditions.append(Condition(value >= 0, f"{name} = {{}} {unit}: it must not be negative.", (value,)))
         for name, q in (("q_BN", u.q_BN), ("q_RN", u.q_RN)):
             pitch = euler.angles_123(q)[1]
             text = f"pitch of {name} is {{}} deg at the start: the law has Euler angles 1-2-3, singular at +-90 deg."

@@ -33,9 +33,9 @@ def rows(point: Point, columns: np.ndarray) -> tuple[dict, dict]:
 
 @pytest.fixture(scope="module")
 def flight():
-    """200 s without torque from a tumble, every internal step of 1 ms, and with momentum stored."""
+    """200 s without torque from a tumble, with momentum stored, in internal steps of 1 ms: a row every 0.1 s."""
     point = Point(FlexibleSpacecraft(), h_B=[3.0, -1.0, 2.0], **TUMBLING)
-    return rows(point, point.advance(1e-3, 200_000))
+    return rows(point, point.advance(1e-3, 200_000)[:, ::100])
 
 
 def test_total_momentum_is_constant(flight):
