@@ -1,0 +1,5 @@
+"""`python -m cosim` is `adcs`."""
+
+from cosim.cli import app
+
+app()

@@ -1,0 +1,96 @@
+"""What the command line prints: tables to standard output, notes, progress and errors to standard error."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from cosim.papers.claims import Verdict
+from cosim.result import Result
+from cosim.swap import SwapReport
+
+_out = Console(soft_wrap=True, highlight=False)
+_err = Console(stderr=True, soft_wrap=True, highlight=False)
+
+
+def note(line: str) -> None:
+    """One line of what is going on."""
+    _err.print(line, style="dim", markup=False)
+
+
+def error(problem: Exception) -> None:
+    """What went wrong, as its class and its text."""
+    _err.print(f"{type(problem).__name__}: {problem}", style="red", markup=False)
+
+
+def write(text: str) -> None:
+    """Text as it is."""
+    _out.print(text, markup=False)
+
+
+def listing(title: str, entries: Mapping[str, str]) -> None:
+    """Names with one line each."""
+    table = Table(title=title, title_justify="left", show_header=False, box=None, pad_edge=False)
+    for name, text in entries.items():
+        table.add_row(name, text)
+    _out.print(table)
+
+
+@contextmanager
+def progress(title: str) -> Iterator[Callable[[float, float], None]]:
+    """Show a bar of simulated time; yields a function of (time, stop time), both in s."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[now]}"), TimeRemainingColumn())
+    with Progress(*columns, console=_err, transient=True) as bar:
+        task = bar.add_task(title, total=None, now="")
+
+        def show(t: float, stop: float) -> None:
+            bar.update(task, completed=t, total=stop, now=f"{t:.1f} of {stop:g} s")
+
+        yield show
+
+
+def swap(report: SwapReport) -> None:
+    """What replacing the FMU of an instance kept, dropped and added."""
+    _out.print(f"{report.instance} = {report.reference}", markup=False)
+    for word, entries in (("kept", report.kept), ("dropped", report.dropped), ("added", report.added)):
+        for entry in entries:
+            _out.print(f"  {word:8}{entry}", markup=False)
+
+
+def summary(result: Result) -> None:
+    """How a run ended, how long it took, and its metrics."""
+    info = result.info
+    wall = info["wall_time"]
+    end = f"{result.time[-1]:g} s simulated" if len(result) else "nothing simulated"
+    _out.print(f"{info['status']}: {end}, {wall['loop']:.2f} s in the loop, {len(result)} rows recorded", markup=False)
+    metrics: Mapping[str, object] = info.get("metrics") or {}
+    if metrics:
+        table = Table(show_header=False, box=None, pad_edge=False)
+        for name, value in metrics.items():
+            table.add_row(name.replace("_", " "), _figures(value))
+        _out.print(table)
+
+
+def claims(verdicts: Sequence[Verdict]) -> None:
+    """The claims of a paper beside what was measured."""
+    if not verdicts:
+        return
+    table = Table("paper", "claim", "paper says", "measured", "verdict", pad_edge=False)
+    for v in verdicts:
+        table.add_row(v.paper, v.claim, v.said, v.measured, v.verdict)
+    _out.print(table)
+
+
+def files(paths: Sequence[Path]) -> None:
+    """Files that were written."""
+    for path in paths:
+        _out.print(f"wrote {path}", markup=False)
+
+
+def _figures(value: object) -> str:
+    if isinstance(value, list | tuple):
+        return ", ".join(_figures(v) for v in value)
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

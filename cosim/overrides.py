@@ -1,0 +1,66 @@
+"""What a command line changes in a system: parameters one by one or from a file, and the FMU of an instance."""
+
+import tomllib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace as changed
+from pathlib import Path
+from typing import Any
+
+from cosim.errors import ParameterError, UnknownName
+from cosim.interface import Interface
+from cosim.slave import read_interface
+from cosim.swap import SwapReport, replace
+from cosim.system import System, Value
+
+
+def parameter_file(path: Path) -> dict[str, Any]:
+    """Read a TOML file: a table per instance ("*" for all), numbers, arrays, or texts with a unit ("0.005 deg")."""
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise ParameterError(str(path), "there is no such file") from error
+    except tomllib.TOMLDecodeError as error:
+        raise ParameterError(str(path), f"it is no TOML: {error}") from error
+    values: dict[str, Any] = {}
+    for instance, table in tables.items():
+        if not isinstance(table, Mapping):
+            raise ParameterError(f"{path}: {instance}", "it must be a table of an instance, as in [controller]")
+        for name, value in table.items():
+            values[f"{instance}.{name}"] = Value(value) if isinstance(value, str) else value
+    return values
+
+
+def assignments(texts: Iterable[str]) -> dict[str, Any]:
+    """Read NAME=VALUE texts: plant.J=[[..]], plant.J[1,1]=500, *.J=..., controller.rho_inf=0.005 deg."""
+    values: dict[str, Any] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or "." not in name:
+            raise ParameterError(text, "it is not INSTANCE.NAME=VALUE, as in plant.J[1,1]=500 or controller.rho_inf='0.005 deg'")
+        values[name.strip()] = Value(value.strip())
+    return values
+
+
+def with_parameters(system: System, values: Mapping[str, Any]) -> System:
+    """Return the system with parameters set, or held inputs where a name is one."""
+    held = {name: value for name, value in values.items() if name in system.held}
+    parameters = {name: value for name, value in values.items() if name not in held}
+    return changed(system, parameters=system.parameters | parameters, held=system.held | held)
+
+
+def with_units(
+    system: System, uses: Sequence[str], locate: Callable[[str], Path]
+) -> tuple[System, list[SwapReport]]:
+    """Return the system with the FMUs of `INSTANCE=REFERENCE` texts in place of its own, and what each swap did."""
+    reports: list[SwapReport] = []
+    for text in uses:
+        instance, equals, reference = text.partition("=")
+        if not equals:
+            raise ParameterError(text, "it is not INSTANCE=FMU, as in controller=AdaptiveTracking")
+        if instance not in system.components:
+            raise UnknownName("component", instance, f'system "{system.name}"', list(system.components))
+        references = {**system.components, instance: reference}
+        interfaces: dict[str, Interface] = {name: read_interface(locate(r)) for name, r in references.items()}
+        system, report = replace(system, instance, reference, interfaces)
+        reports.append(report)
+    return system, reports
