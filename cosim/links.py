@@ -43,6 +43,7 @@ class Wiring:
     settings: Mapping[Port, Scalar] = field(default_factory=dict)
     held: Mapping[Port, Scalar] = field(default_factory=dict)
     steps: Mapping[str, int] = field(default_factory=dict)
+    system: str = ""
 
     @property
     def components(self) -> tuple[str, ...]:

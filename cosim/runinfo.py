@@ -25,7 +25,7 @@ def setup(
     wiring: Wiring,
     plan: Plan,
     paths: Mapping[str, Path],
-    swap: SwapReport | Sequence[SwapReport] | None,
+    swaps: Sequence[SwapReport],
 ) -> dict[str, Any]:
     """Return what is known before the first step."""
     return {
@@ -44,7 +44,7 @@ def setup(
         "every": plan.schedule.every,
         "parameters": _values(wiring, wiring.settings),
         "held": _values(wiring, wiring.held),
-        "swaps": _swaps(swap),
+        "swaps": [dataclasses.asdict(report) for report in swaps],
         "units": dict(zip(plan.columns.names, plan.columns.units, strict=True)),
     }
 
@@ -58,11 +58,6 @@ def ending(schedule: Schedule, reached: float, failure: SimulationError | None) 
         }
     status = "finished" if reached == to_seconds(schedule.stop) else "interrupted"
     return {"status": status, "reached_time": reached}
-
-
-def _swaps(swap: SwapReport | Sequence[SwapReport] | None) -> list[dict[str, Any]]:
-    reports = [swap] if isinstance(swap, SwapReport) else swap or []
-    return [dataclasses.asdict(report) for report in reports]
 
 
 def _component(reference: str, interface: Interface, path: Path | None, steps: int) -> dict[str, Any]:

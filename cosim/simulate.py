@@ -41,13 +41,13 @@ def simulate(
     progress: Progress | None = None,
     format: str = "parquet",
     overwrite: bool = False,
-    swap: SwapReport | Sequence[SwapReport] | None = None,
+    swaps: Sequence[SwapReport] = (),
     metrics: Callable[[Result], Mapping[str, Any]] | None = None,
 ) -> Result:
     """Run an experiment and return what it recorded.
 
     `out`: the result folder (None: nothing is left on disk). `slaves`: instances to use instead of FMUs, by instance
-    name. `locate`: FMU reference -> path. `progress(t, stop_time)`, both in s, is called some times a second. `swap`
+    name. `locate`: FMU reference -> path. `progress(t, stop_time)`, both in s, is called some times a second. `swaps`
     and the value of `metrics(result)` go into run.json.
 
     Ctrl-C ends the run between two steps; its result has status "interrupted". Raises `ResultExists`, `TimeError`,
@@ -67,7 +67,7 @@ def simulate(
         used = {n: given[n] if n in given else FmuSlave(n, paths[n]) for n in system.components}
         wiring = wire(system, {name: slave.interface for name, slave in used.items()})
         plan = experiment.master.plan(wiring, schedule, experiment.record)
-        info = runinfo.setup(system, experiment, wiring, plan, paths, swap)
+        info = runinfo.setup(system, experiment, wiring, plan, paths, swaps)
         for slave in used.values():
             stack.callback(slave.free)
         values = initialize(plan, wiring, used)

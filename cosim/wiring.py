@@ -2,11 +2,9 @@
 
 from collections.abc import Mapping
 
-from cosim.errors import CyclicOrder, SimulationError, UnknownName, WiringError, WiringErrors
-from cosim.graph import stepping_order
+from cosim.errors import SimulationError, UnknownName, WiringError, WiringErrors
 from cosim.interface import Interface, Variable
 from cosim.links import Link, Port, Wiring
-from cosim.masters.planning import waiting
 from cosim.names import Group, group, split_port
 from cosim.parameters import Parameters
 from cosim.system import TIMINGS, Connection, System
@@ -28,11 +26,9 @@ def wire(system: System, interfaces: Mapping[str, Interface]) -> Wiring:
     checker.inputs(links, held)
     steps = checker.steps()
     mistakes = checker.mistakes + parameters.mistakes
-    wiring = Wiring(ordered, tuple(links), settings, held, steps)
-    mistakes += checker.order(wiring) if not mistakes else []
     if mistakes:
         raise WiringErrors(system.name, mistakes)
-    return wiring
+    return Wiring(ordered, tuple(links), settings, held, steps, system.name)
 
 
 class _Checker:
@@ -160,33 +156,6 @@ class _Checker:
                 result[component] = int(n)
         return result
 
-    def order(self, wiring: Wiring) -> list[SimulationError]:
-        """Check what depends on order and rates, once everything else is right."""
-        try:
-            stepping_order(wiring)
-        except CyclicOrder as error:
-            return [error]
-        late = waiting(wiring)
-        for link in wiring.links:
-            if link.timing == "at_point":
-                continue
-            a, b = link.source.component, link.target.component
-            n, m = wiring.period(a), wiring.period(b)
-            rates = f"{a} steps every {_th(n)} communication step, {b} every {_th(m)}"
-            if link.step_mean and n < m:
-                self._wrong(
-                    f"{link.source} is a step mean and {rates}: the mean over the last step only would be lost",
-                    advice=f"Let {a} step at the rate of {b} or slower.",
-                )
-            elif n % m and m % n:
-                self._wrong(f"{link}: {rates}", advice='One must be a multiple of the other, or timing="at_point".')
-            elif n > m and a in late and (link.step_mean or link.timing != "after_step"):
-                self._wrong(
-                    f"{link}: {rates}, and {a} waits for faster components, so that its value comes too late",
-                    advice=f'Let the inputs of {a} from faster components be timing="at_point".',
-                )
-        return self.mistakes
-
     def _wrong(self, problem: str, connection: Connection | None = None, advice: str = "") -> list[Link]:
         ports = (connection.source, connection.target) if connection is not None else ()
         mistake = WiringError(problem, advice, ports)
@@ -199,6 +168,3 @@ class _Checker:
         size = " x ".join(map(str, g.shape)) or "1"
         return f"{name} has {size} element{'s' if size != '1' else ''} (unit {unit})"
 
-
-def _th(n: int) -> str:
-    return "" if n == 1 else f"{n}th"

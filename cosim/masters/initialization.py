@@ -52,14 +52,14 @@ def _enter(plan: Plan, wiring: Wiring, slaves: Mapping[str, Slave]) -> None:
 
 
 def _settle(plan: Plan, exchange: "Exchange") -> None:
-    """Sweep until no bit changes; n parts need at most n + 1 sweeps even where InitialUnknowns are wrong."""
+    """Sweep until no bit changes; n parts need at most n + 2 sweeps even where InitialUnknowns are wrong."""
     parts = [Loop(exchange, e.readings, e.loop) if e.loop else Chain(exchange, e.readings) for e in plan.initialization]
     before = exchange.values.copy()
-    for _ in range(len(parts) + 2):
-        before = exchange.values.copy()
+    for _ in range(len(parts) + 3):
+        before, known = exchange.values.copy(), exchange.known.copy()
         for part in parts:
             part.evaluate()
-        if same_bits(exchange.values, before):
+        if same_bits(exchange.values, before) and (exchange.known == known).all():
             return
     names = [f"{c.name}.{n}" for c in plan.components for n in c.outputs.names]
     slots = [s for c in plan.components for s in range(c.outputs.values.start, c.outputs.values.stop)]

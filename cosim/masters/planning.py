@@ -6,9 +6,10 @@ from fnmatch import fnmatchcase
 import numpy as np
 
 from cosim import graph
-from cosim.errors import UnknownName
+from cosim.errors import UnknownName, WiringErrors
 from cosim.interface import Variable
 from cosim.links import Link, Port, Wiring
+from cosim.masters import rates
 from cosim.masters.plan import (
     STEP_MEAN,
     TIMING_CODES,
@@ -31,8 +32,10 @@ from cosim.units import IDENTITY, Conversion
 def build(wiring: Wiring, schedule: Schedule, record: Sequence[str], extrapolation: int = 0) -> Plan:
     """Make the plan of a wiring.
 
-    Raises `CyclicOrder`, and `UnknownName` for a pattern of `record` that matches nothing.
+    Raises `CyclicOrder`, `WiringErrors` for rates that do not fit, `UnknownName` for a pattern that matches nothing.
     """
+    if mistakes := rates.mistakes(wiring):
+        raise WiringErrors(wiring.system, mistakes)
     return _Planner(wiring, recorded(wiring, record), extrapolation).plan(schedule)
 
 
@@ -67,19 +70,6 @@ def _matches(pattern: str, name: str, exchanged: bool) -> bool:
     return exchanged and fnmatchcase(name, pattern.replace("[", "[[]"))
 
 
-def waiting(wiring: Wiring) -> frozenset[str]:
-    """Return the components with a period of several steps that must step at its end, after faster sources."""
-    result: set[str] = set()
-    for component in graph.stepping_order(wiring):
-        links = [link for link in wiring.into(component) if link.timing != "at_point"]
-        period = wiring.period(component)
-        if period > 1 and any(
-            wiring.period(link.source.component) < period or link.source.component in result for link in links
-        ):
-            result.add(component)
-    return frozenset(result)
-
-
 class _Planner:
     """Slots first, then everything that refers to them."""
 
@@ -87,7 +77,7 @@ class _Planner:
         self.wiring = wiring
         self.columns = columns
         self.order = graph.stepping_order(wiring)
-        self.waiting = waiting(wiring)
+        self.waiting = rates.waiting(wiring)
         self.orders = {link: self._extrapolated(link, extrapolation) for link in wiring.links}
         self.slots: dict[Port, int] = {}
         self.derivative_slots: dict[tuple[Port, int], int] = {}
@@ -125,8 +115,10 @@ class _Planner:
         return tuple(self._variable(p).value_reference for p in ports)
 
     def _extrapolated(self, link: Link, extrapolation: int) -> int:
-        """Return up to which order an at_point input is extrapolated."""
+        """Return up to which order an at_point input is extrapolated; the value of a slower source may be too old."""
         if link.timing != "at_point" or not self.wiring.interfaces[link.target.component].can_interpolate_inputs:
+            return 0
+        if self.wiring.period(link.source.component) > self.wiring.period(link.target.component):
             return 0
         return min(extrapolation, self.wiring.interfaces[link.source.component].max_output_derivative_order)
 

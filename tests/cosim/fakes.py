@@ -178,7 +178,7 @@ class Clock(Fake):
         self.values["y"] = t
 
     def advance(self, t, h, v, slopes):
-        v["y"] = t + h
+        v["y"] = round(t + h, 9)
 
     def slope(self, name, order):
         return 1.0 if order == 1 else 0.0

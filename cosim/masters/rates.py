@@ -1,0 +1,47 @@
+"""Components at different rates: who waits for whom, and which connections make no sense across rates."""
+
+from cosim.errors import WiringError
+from cosim.graph import stepping_order
+from cosim.links import Link, Wiring
+
+
+def waiting(wiring: Wiring) -> frozenset[str]:
+    """Return the components with a period of several steps that must step at its end, after faster sources."""
+    result: set[str] = set()
+    for component in stepping_order(wiring):
+        links = [link for link in wiring.into(component) if link.timing != "at_point"]
+        period = wiring.period(component)
+        if period > 1 and any(
+            wiring.period(link.source.component) < period or link.source.component in result for link in links
+        ):
+            result.add(component)
+    return frozenset(result)
+
+
+def mistakes(wiring: Wiring) -> list[WiringError]:
+    """Return what is wrong with the rates of a wiring whose stepping order exists."""
+    late = waiting(wiring)
+    found = {str(m): m for link in wiring.links if (m := _mistake(wiring, link, late)) is not None}
+    return list(found.values())
+
+
+def _mistake(wiring: Wiring, link: Link, late: frozenset[str]) -> WiringError | None:
+    a, b = link.source.component, link.target.component
+    n, m = wiring.period(a), wiring.period(b)
+    rates = f"{a} takes a step in {_steps(n)}, {b} in {_steps(m)}"
+    ports = (str(link.source), str(link.target))
+    if link.timing == "at_point":
+        return None
+    if link.step_mean and n < m:
+        problem = f"{link}: the source is the mean over its last step, but {rates}"
+        return WiringError(problem, f"Let {a} step at the rate of {b}, or slower.", ports)
+    if n % m and m % n:
+        return WiringError(f"{link}: {rates}", 'One must be a multiple of the other, or timing="at_point".', ports)
+    if n > m and a in late and (link.step_mean or link.timing != "after_step"):
+        problem = f"{link}: {rates}, and {a} waits for faster components, so that its values come too late"
+        return WiringError(problem, f'Give the inputs of {a} from faster components timing="at_point".', ports)
+    return None
+
+
+def _steps(n: int) -> str:
+    return "every communication step" if n == 1 else f"{n} communication steps"

@@ -1,0 +1,345 @@
+"""The explicit loop: timings, rows, order of convergence, refresh, rates."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from cosim.errors import CyclicOrder, NotSupported, StepFailed, UnknownName
+from cosim.masters.explicit import Explicit
+from cosim.simulate import simulate
+from cosim.system import Connection, Experiment, System
+
+from .fakes import Clock, Failing, Fake, Gain, Integrator, Mean, interface
+
+
+def run(slaves, connections, stop=1.0, step=0.1, *, master=None, held=None, steps=None, **experiment):
+    """Simulate fakes; connections are (source, target) or (source, target, timing)."""
+    system = System(
+        name="test",
+        components=dict.fromkeys((s.name for s in slaves), "fake"),
+        connections=[Connection(*c) for c in connections],
+        held=held or {},
+        steps=steps or {},
+    )
+    setup = Experiment(
+        stop_time=stop, communication_step_size=step, master=master or Explicit(kernel="never"), **experiment
+    )
+    return simulate(system, setup, slaves={s.name: s for s in slaves})
+
+
+class TestTimings:
+    """A clock y = t into an integrator: each timing has its own sum, known exactly."""
+
+    @pytest.mark.parametrize(
+        ("timing", "inputs"),
+        [
+            ("at_point", [0.0, 0.25, 0.5, 0.75]),
+            ("after_step", [0.25, 0.5, 0.75, 1.0]),
+            ("midpoint", [0.125, 0.375, 0.625, 0.875]),
+            ("ramp", [0.0, 0.25, 0.5, 0.75]),
+        ],
+    )
+    def test_inputs(self, timing, inputs):
+        integrator = Integrator("i", can_interpolate_inputs=True)
+        run([integrator, Clock("clock")], [("clock.y", "i.u", timing)], step=0.25)
+        assert integrator.inputs_at_steps("u") == inputs
+
+    @pytest.mark.parametrize("timing", ["midpoint", "ramp"])
+    def test_second_order_timings_integrate_a_line_exactly(self, timing):
+        result = run(
+            [Integrator("i", can_interpolate_inputs=True), Clock("clock")], [("clock.y", "i.u", timing)], step=0.25
+        )
+        assert_allclose(result["i.y"], result.time**2 / 2, rtol=1e-15)
+
+    def test_extrapolation_integrates_a_line_exactly(self):
+        clock = Clock("clock", max_output_derivative_order=1)
+        result = run(
+            [clock, Integrator("i", can_interpolate_inputs=True)], [("clock.y", "i.u")], master=Explicit(extrapolation=1)
+        )
+        assert_allclose(result["i.y"], result.time**2 / 2, rtol=1e-14)
+
+    def test_recorded_inputs_show_their_source_whatever_the_timing(self):
+        for timing in ("at_point", "after_step", "midpoint", "ramp"):
+            result = run([Integrator("i", can_interpolate_inputs=True), Clock("c")], [("c.y", "i.u", timing)])
+            assert_array_equal(result["i.u"], result["c.y"])
+
+    def test_step_mean_is_after_step_in_every_preset(self):
+        for preset in ("declared", "jacobi", "gauss_seidel"):
+            result = run([Integrator("i"), Mean("m")], [("m.y", "i.u")], master=Explicit(preset=preset))
+            assert_allclose(result["i.y"], result.time**2, rtol=1e-14)
+
+    def test_step_mean_is_not_extrapolated(self):
+        mean = Mean("m")
+        mean.interface = interface(
+            outputs=["y", "x"], step_means=frozenset({"y"}), max_output_derivative_order=1
+        )
+        result = run(
+            [Integrator("i", can_interpolate_inputs=True), mean], [("m.y", "i.u")], master=Explicit(extrapolation=2)
+        )
+        assert_allclose(result["i.y"], result.time**2, rtol=1e-14)
+
+
+class TestPresets:
+    @pytest.mark.parametrize(
+        ("preset", "declared", "first"),
+        [("jacobi", "after_step", 0.0), ("gauss_seidel", "at_point", 0.1), ("declared", "after_step", 0.1)],
+    )
+    def test_preset_decides(self, preset, declared, first):
+        integrator = Integrator("i")
+        run([Clock("c"), integrator], [("c.y", "i.u", declared)], master=Explicit(preset=preset))
+        assert integrator.inputs_at_steps("u")[0] == first
+
+    def test_gauss_seidel_only_forwards(self):
+        integrator = Integrator("i")
+        run([integrator, Clock("c")], [("c.y", "i.u", "after_step")], master=Explicit(preset="gauss_seidel"))
+        assert integrator.inputs_at_steps("u")[0] == 0.0
+
+    def test_unknown_settings(self):
+        with pytest.raises(UnknownName, match='unknown preset "jacob" in Explicit. Did you mean "jacobi"'):
+            Explicit(preset="jacob")  # pyright: ignore
+        with pytest.raises(UnknownName, match="kernel"):
+            Explicit(kernel="yes")  # pyright: ignore
+        with pytest.raises(NotSupported, match=r"extrapolation of order 3. Choose 0, 1 or 2"):
+            Explicit(extrapolation=3)  # pyright: ignore
+
+
+class Mass(Fake):
+    """m x'' = f - k x, solved exactly for constant f."""
+
+    def __init__(self, name, x0, k, m=1.0):
+        super().__init__(name, interface(inputs=["f"], states={"x": x0, "v": 0.0}))
+        self.w, self.k = math.sqrt(k / m), k
+
+    def advance(self, t, h, v, slopes):
+        rest = v["f"] / self.k
+        x, speed, c, s = v["x"] - rest, v["v"], math.cos(self.w * h), math.sin(self.w * h)
+        v["x"], v["v"] = rest + c * x + s * speed / self.w, c * speed - s * x * self.w
+
+
+class Spring(Fake):
+    """Feedthrough: f_1 = c (x_2 - x_1) = -f_2."""
+
+    def __init__(self, name, c):
+        both = ("x_1", "x_2")
+        super().__init__(
+            name, interface(inputs=both, outputs=["f_1", "f_2"], feedthrough={"f_1": both, "f_2": both})
+        )
+        self.c = c
+
+    def evaluate(self, v):
+        v["f_1"] = self.c * (v["x_2"] - v["x_1"])
+        v["f_2"] = -v["f_1"]
+
+
+@pytest.mark.parametrize("preset", ["jacobi", "gauss_seidel"])
+def test_two_masses_converge_with_slope_one(preset):
+    """Equal masses on equal walls' springs: in phase at sqrt(k), out of phase at sqrt(k + 2 c)."""
+    k, c = 1.0, 0.7
+
+    def error(step):
+        result = run(
+            [Mass("a", 1.0, k), Mass("b", 0.0, k), Spring("spring", c)],
+            [("a.x", "spring.x_1"), ("b.x", "spring.x_2"), ("spring.f_1", "a.f"), ("spring.f_2", "b.f")],
+            stop=4.0,
+            step=step,
+            master=Explicit(preset=preset),
+        )
+        t = result.time
+        exact = 0.5 * np.cos(math.sqrt(k) * t) + 0.5 * np.cos(math.sqrt(k + 2 * c) * t)
+        return np.max(np.abs(result["a.x"] - exact))
+
+    errors = [error(h) for h in (0.02, 0.01, 0.005)]
+    assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 1.0, atol=0.05)
+
+
+class TestRows:
+    def test_rows_at_start_and_after_each_step(self):
+        result = run([Clock("c")], [], stop=0.3)
+        assert_array_equal(result.time, [0.0, 0.1, 0.2, 0.3])
+        assert_array_equal(result["c.y"], [0.0, 0.1, 0.2, 0.3])
+
+    def test_last_step_is_shortened(self):
+        clock = Clock("c")
+        result = run([clock], [], stop=0.25)
+        assert_array_equal(result.time, [0.0, 0.1, 0.2, 0.25])
+        assert clock.stepped() == [(0.0, 0.1), (0.1, 0.1), (0.2, 0.05)]
+
+    def test_ramp_over_a_shortened_step(self):
+        result = run(
+            [Integrator("i", can_interpolate_inputs=True), Clock("c")], [("c.y", "i.u", "ramp")], stop=0.25
+        )
+        assert_allclose(result["i.y"][-1], 0.25**2 / 2, rtol=1e-14)
+
+    def test_every_keeps_first_and_last(self):
+        assert_array_equal(run([Clock("c")], [], stop=1.0, every=4).time, [0.0, 0.4, 0.8, 1.0])
+        assert_array_equal(run([Clock("c")], [], stop=0.3, every=9).time, [0.0, 0.3])
+
+    def test_start_time(self):
+        result = run([Clock("c")], [], start_time=5.0, stop=5.2)
+        assert_array_equal(result.time, [5.0, 5.1, 5.2])
+        assert result["c.y"][0] == 5.0
+
+    def test_time_is_counted(self):
+        """100,000 steps of 1 ms end at 100 s, not near it."""
+        clock = Clock("c")
+        run([clock], [], stop=100.0, step=0.001, every=100_000)
+        assert clock.stepped()[-1] == (99.999, 0.001)
+
+    def test_record_patterns(self):
+        slaves = [Clock("c"), Integrator("i")]
+        links = [("c.y", "i.u")]
+        assert run(slaves, links, record=("i.*",)).names == ["i.u", "i.y"]
+        assert run([Clock("c"), Integrator("i")], links, record=("*.y",)).names == ["c.y", "i.y"]
+
+    def test_record_other_variables_by_their_full_name(self):
+        result = run([Gain("g", k=3.0)], [], held={"g.u": 2.0}, record=("g.k", "g.u"))
+        assert result.names == ["g.u", "g.k"]
+        assert set(result["g.k"]) == {3.0}
+        assert set(result["g.u"]) == {2.0}
+
+    def test_record_pattern_without_match(self):
+        with pytest.raises(UnknownName, match=r'unknown variable "c.z" in record'):
+            run([Clock("c")], [], record=("c.z",))
+
+    def test_two_runs_are_bitwise_equal(self):
+        def once():
+            return run(
+                [Mass("a", 1.0, 1.0), Mass("b", 0.1, 1.3), Spring("s", 0.7)],
+                [("a.x", "s.x_1"), ("b.x", "s.x_2"), ("s.f_1", "a.f", "after_step"), ("s.f_2", "b.f", "after_step")],
+            )["a.x"].tobytes()
+
+        assert once() == once()
+
+
+class TestRefresh:
+    """c -> gain at_point: the gain's output at t_k+1 shows t_k+1 only if it can be evaluated again."""
+
+    def test_feedthrough_is_consistent_at_each_point(self):
+        result = run([Gain("g", k=2.0), Clock("c")], [("c.y", "g.u")])
+        assert_array_equal(result["g.y"], 2.0 * result.time)
+
+    def test_chain_is_refreshed_in_order(self):
+        result = run(
+            [Gain("b", k=3.0), Gain("a", k=2.0), Clock("c")], [("c.y", "a.u"), ("a.y", "b.u")]
+        )
+        assert_array_equal(result["b.y"], 6.0 * result["c.y"])
+
+    def test_after_step_target_of_a_refreshed_source_is_refreshed(self):
+        result = run(
+            [Gain("a", k=2.0), Gain("b", k=3.0), Clock("c")], [("c.y", "a.u"), ("a.y", "b.u", "after_step")]
+        )
+        assert_array_equal(result["b.y"], 6.0 * result["c.y"])
+
+    def test_after_step_needs_none(self):
+        gain = Gain("g", refresh=False)
+        result = run([gain, Clock("c")], [("c.y", "g.u", "after_step")])
+        assert_array_equal(result["g.y"], result.time)
+
+    def test_without_mark_it_stays_delayed(self):
+        result = run([Gain("g", refresh=False), Clock("c")], [("c.y", "g.u")])
+        assert_array_equal(result["g.y"][1:], result.time[:-1])
+
+    def test_integrators_are_not_set_again(self):
+        integrator = Integrator("i")
+        run([integrator, Clock("c")], [("c.y", "i.u")], stop=1.0)
+        calls = [call[0] for call in integrator.calls]
+        assert calls[calls.index("exit") + 1 : -2] == ["set", "step"] * 10
+
+
+class TestFailures:
+    def test_status(self):
+        with pytest.raises(StepFailed) as caught:
+            run([Failing("wheels", 0.3, "fmi2Error")], [], held={"wheels.u": 0.0})
+        error = caught.value
+        assert (error.component, error.status, error.time, error.step) == ("wheels", "fmi2Error", 0.3, 0.1)
+        assert str(error) == (
+            "wheels returned fmi2Error at communication point 0.3 s, step 0.1 s\n    the wheel came off"
+        )
+        assert_array_equal(error.result.time, [0.0, 0.1, 0.2, 0.3])
+        assert error.result.info["status"] == "failed"
+        assert error.result.info["failure"]["component"] == "wheels"
+        assert error.result.info["reached_time"] == 0.3
+
+    def test_discard_says_how_far_it_came(self):
+        with pytest.raises(StepFailed, match=r"fmi2Discard at .* \(last successful time 0.325 s\)"):
+            run([Failing("w", 0.3, "fmi2Discard")], [], held={"w.u": 0.0})
+
+    def test_nan_names_component_variable_and_time(self):
+        with pytest.raises(StepFailed, match="w.y became nan in the step from communication point 0.3 s") as caught:
+            run([Failing("w", 0.3, "nan")], [], held={"w.u": 0.0})
+        assert (caught.value.component, caught.value.variable) == ("w", "y")
+        assert np.isfinite(caught.value.result["w.y"]).all()
+        assert len(caught.value.result) == 4
+
+    def test_last_point_reached_is_recorded_whatever_every_says(self):
+        with pytest.raises(StepFailed) as caught:
+            run([Failing("w", 0.7, "nan")], [], held={"w.u": 1.0}, every=5)
+        assert_array_equal(caught.value.result.time, [0.0, 0.5, 0.7])
+        assert_allclose(caught.value.result["w.y"], [1.0, 1.5, 1.7])
+
+    def test_interrupt_in_a_step(self):
+        result = run([Failing("w", 0.3, "interrupt"), Clock("c")], [], held={"w.u": 0.0}, every=2)
+        assert result.info["status"] == "interrupted"
+        assert_array_equal(result.time, [0.0, 0.2, 0.3])
+        assert_array_equal(result["c.y"], result.time)
+
+    def test_cycle_names_its_connections(self):
+        with pytest.raises(CyclicOrder, match=r"a.y -> b.u \(after_step\).*timing=\"at_point\"") as caught:
+            run([Integrator("a"), Integrator("b")], [("a.y", "b.u", "after_step"), ("b.y", "a.u", "midpoint")])
+        assert sorted(caught.value.connections) == ["a.y -> b.u (after_step)", "b.y -> a.u (midpoint)"]
+
+
+class TestRates:
+    def test_slow_reader_of_a_fast_source_at_point(self):
+        slow, clock = Integrator("slow"), Clock("c")
+        run([slow, clock], [("c.y", "slow.u")], stop=0.8, steps={"slow": 4})
+        assert slow.stepped() == [(0.0, 0.4), (0.4, 0.4)]
+        assert slow.inputs_at_steps("u") == [0.0, 0.4]
+
+    def test_fast_reader_sees_the_latest_communication_point_of_a_slow_source(self):
+        fast = Integrator("fast")
+        result = run([fast, Clock("slow")], [("slow.y", "fast.u")], stop=0.6, steps={"slow": 3})
+        assert_allclose(fast.inputs_at_steps("u"), [0.0, 0.0, 0.0, 0.3, 0.3, 0.3])
+        assert_allclose(result["slow.y"], [0.0, 0.0, 0.0, 0.3, 0.3, 0.3, 0.6])
+
+    @pytest.mark.parametrize("timing", ["midpoint", "ramp"])
+    def test_line_over_the_step_of_a_slow_source(self, timing):
+        result = run(
+            [Integrator("fast", can_interpolate_inputs=True), Clock("slow")],
+            [("slow.y", "fast.u", timing)],
+            stop=0.7,
+            steps={"slow": 3},
+        )
+        assert_allclose(result["fast.y"], result.time**2 / 2, rtol=1e-14)
+
+    @pytest.mark.parametrize("timing", ["midpoint", "ramp"])
+    def test_slow_target_waits_for_a_fast_source(self, timing):
+        slow = Integrator("slow", can_interpolate_inputs=True)
+        result = run([slow, Clock("c")], [("c.y", "slow.u", timing)], stop=0.7, steps={"slow": 2})
+        assert_allclose(slow.stepped(), [(0.0, 0.2), (0.2, 0.2), (0.4, 0.2), (0.6, 0.1)])
+        points = [0, 2, 4, 6, 7]
+        assert_allclose(result["slow.y"][points], result.time[points] ** 2 / 2, rtol=1e-14)
+        assert_array_equal(result["slow.y"][[1, 3, 5]], result["slow.y"][[0, 2, 4]])
+
+    def test_slow_target_after_step(self):
+        slow = Integrator("slow")
+        run([slow, Clock("c")], [("c.y", "slow.u", "after_step")], stop=0.4, steps={"slow": 2})
+        assert_allclose(slow.inputs_at_steps("u"), [0.2, 0.4])
+
+    def test_mean_of_a_slow_source_is_held_over_its_own_step(self):
+        result = run([Integrator("i"), Mean("m")], [("m.y", "i.u")], stop=0.6, steps={"m": 3})
+        assert_allclose(result["i.y"][[0, 3, 6]], result.time[[0, 3, 6]] ** 2, rtol=1e-14)
+
+    def test_all_slow_is_like_a_longer_step(self):
+        def flight(step, steps):
+            return run(
+                [Mass("a", 1.0, 1.0), Mass("b", 0.0, 1.0), Spring("s", 0.7)],
+                [("a.x", "s.x_1"), ("b.x", "s.x_2"), ("s.f_1", "a.f", "after_step"), ("s.f_2", "b.f", "after_step")],
+                step=step,
+                steps=steps,
+            )
+
+        slow, long = flight(0.1, {"a": 2, "b": 2, "s": 2}), flight(0.2, {})
+        assert_allclose(slow["a.x"][::2], long["a.x"], rtol=1e-13)

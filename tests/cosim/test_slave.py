@@ -1,0 +1,272 @@
+"""FMU files through fmpy: a small FMU of another tool, and files that are none."""
+
+import os
+
+import fmpy
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from cosim.errors import CallFailed, FmuError, InitializationFailed, StepFailed
+from cosim.simulate import simulate
+from cosim.slave import FmuSlave, interface_of, read_interface
+from cosim.system import Connection, Experiment, System
+
+from . import tiny_fmu
+
+needs_c = pytest.mark.skipif(not tiny_fmu.COMPILED, reason="pythonfmu cannot do this, and has no say in it")
+
+
+@pytest.fixture(scope="module")
+def tiny(tmp_path_factory):
+    return tiny_fmu.build(tmp_path_factory.mktemp("tiny"))
+
+
+@pytest.fixture
+def slave(tiny):
+    slave = FmuSlave("tiny", tiny)
+    slave.instantiate()
+    yield slave
+    slave.free()
+
+
+def references(slave, *names):
+    return tuple(slave.interface.variables[n].value_reference for n in names)
+
+
+def initialized(slave):
+    slave.setup_experiment(0.0)
+    slave.enter_initialization_mode()
+    slave.exit_initialization_mode()
+    return slave
+
+
+def experiment(**changes):
+    return Experiment(**{"stop_time": 1.0, "communication_step_size": 0.1} | changes)
+
+
+class TestInterface:
+    def test_variables_of_all_types(self, tiny):
+        interface = read_interface(tiny)
+        kinds = {v.name: (v.type, v.start) for v in interface.variables.values()}
+        assert kinds["n"] == ("Integer", 3)
+        assert kinds["on"] == ("Boolean", True)
+        assert kinds["label"] == ("String", "a")
+        assert kinds["k"] == ("Real", 1.0)
+        assert [v.name for v in interface.real_outputs] != [v.name for v in interface.outputs]
+
+    def test_missing_dependencies_mean_all_inputs(self, tiny):
+        assert read_interface(tiny).feedthrough("y") == ("u",)
+
+    def test_vendor_annotations(self):
+        interface = interface_of(tiny_fmu.XML.encode(), "here")
+        assert interface.refresh
+        assert interface.step_means == {"mean"}
+        assert interface.feedthrough("mean") == ()
+        foreign = tiny_fmu.XML.replace('name="adcs-cosim"', 'name="else"')
+        assert not interface_of(foreign.encode(), "here").refresh
+
+    def test_units_arrays_and_dependencies(self):
+        xml = tiny_fmu.XML.replace(
+            "  <VendorAnnotations>",
+            '<UnitDefinitions><Unit name="rad/s"><BaseUnit rad="1" s="-1"/><DisplayUnit name="deg/s" factor="57.3"/>'
+            '</Unit><Unit name="odd"/></UnitDefinitions>  <VendorAnnotations>',
+        )
+        xml = xml.replace('name="u" valueReference="0" causality="input"><Real', 'name="u[1]" valueReference="0" causality="input"><Real unit="rad/s"')
+        xml = xml.replace('<Unknown index="2"/>', '<Unknown index="2" dependencies="1"/>').replace(
+            '<Unknown index="3"/>', '<Unknown index="3" dependencies=""/>'
+        )
+        interface = interface_of(xml.encode(), "here")
+        assert interface.units["rad/s"].base.exponents == (0, 0, -1, 0, 0, 0, 0, 1)
+        assert interface.units["odd"].base is None
+        assert interface.groups["u"].shape == (1,)
+        assert interface.variables["u[1]"].unit == "rad/s"
+        assert interface.feedthrough("y") == ("u[1]",)
+        assert interface.feedthrough("y_direct") == ()
+
+
+class TestCalls:
+    def test_all_types_can_be_set(self, slave):
+        for name, value in (("k", 2.5), ("n", 7), ("on", False), ("label", "b")):
+            slave.set(slave.interface.variables[name], value)
+        assert slave.get_real(references(slave, "k")) == [2.5]
+
+    def test_step(self, slave):
+        initialized(slave)
+        slave.set_real(references(slave, "u"), np.array([3.0]))
+        slave.do_step(0.0, 0.5)
+        assert_array_equal(slave.get_real(references(slave, "y_direct", "y")), [4.5, 1.5])
+
+    def test_answers_do_not_change_afterwards(self, slave):
+        initialized(slave)
+        before = slave.get_real(references(slave, "y"))
+        slave.set_real(references(slave, "u"), np.array([3.0]))
+        slave.do_step(0.0, 0.5)
+        slave.get_real(references(slave, "y"))
+        assert before == [0.0]
+
+    def test_state_can_be_taken_back_and_moved(self, slave):
+        initialized(slave)
+        u, y = references(slave, "u"), references(slave, "y")
+        slave.set_real(u, np.array([3.0]))
+        state = slave.get_state()
+        slave.do_step(0.0, 0.5)
+        after = slave.get_real(y)
+        slave.set_state(state)
+        assert slave.get_real(y) == [0.0]
+        slave.set_state(slave.deserialize_state(slave.serialize_state(state)))
+        slave.do_step(0.0, 0.5)
+        assert slave.get_real(y) == after
+        slave.free_state(state)
+
+    @needs_c
+    def test_derivatives_of_inputs_and_outputs(self, slave):
+        initialized(slave)
+        slave.set_real(references(slave, "u"), np.array([0.0]))
+        slave.set_input_derivatives(references(slave, "u"), (1,), np.array([2.0]))
+        slave.do_step(0.0, 3.0)
+        assert slave.get_real(references(slave, "y")) == [9.0]
+        assert slave.get_output_derivatives(references(slave, "y"), (1,)) == [7.0]
+
+    def test_error_carries_the_log(self, slave):
+        initialized(slave)
+        slave.set_real(references(slave, "u"), np.array([101.0]))
+        with pytest.raises(CallFailed, match="u is 101, more than 100") as caught:
+            slave.do_step(0.0, 0.1)
+        assert caught.value.function == "fmi2DoStep"
+        assert caught.value.status in ("fmi2Error", "fmi2Fatal")
+
+    def test_discard(self, slave):
+        initialized(slave)
+        slave.set_real(references(slave, "u"), np.array([50.0]))
+        with pytest.raises(CallFailed) as caught:
+            slave.do_step(1.0, 0.1)
+        assert caught.value.status == "fmi2Discard"
+        if tiny_fmu.COMPILED:
+            assert caught.value.last_successful_time == 1.05
+
+    def test_two_instances_log_apart(self, tiny):
+        a, b = FmuSlave("a", tiny), FmuSlave("b", tiny)
+        for slave in (a, b):
+            slave.instantiate()
+            initialized(slave)
+        a.set_real(references(a, "u"), np.array([101.0]))
+        with pytest.raises(CallFailed):
+            a.do_step(0.0, 0.1)
+        b.do_step(0.0, 0.1)
+        assert any("more than 100" in m for m in a.messages)
+        assert not b.messages
+        a.free()
+        b.free()
+        b.free()
+
+
+class TestRuns:
+    def test_in_a_system(self, tiny):
+        system = System(name="s", components={"a": str(tiny), "b": str(tiny)}, connections=[Connection("a.y", "b.u")],
+                        held={"a.u": 1.0}, parameters={"b.k": 2.0, "b.label": "x", "a.on": False, "a.n": 4})
+        result = simulate(system, experiment())
+        assert_allclose(result["a.y"], result.time, rtol=1e-14)
+        assert_allclose(result["b.y_direct"][-1], result["b.y"][-1] + 1.0)
+        assert result.info["components"]["a"]["path"] == str(tiny)
+        assert result.info["parameters"]["a.n"]["value"] == 4
+
+    def test_failing_step(self, tiny):
+        system = System(name="s", components={"a": str(tiny), "b": str(tiny)}, connections=[Connection("a.y", "b.u")],
+                        held={"a.u": 99.0})
+        with pytest.raises(StepFailed, match=r"b returned fmi2(Error|Fatal) at communication point 1.1 s") as caught:
+            simulate(system, experiment(stop_time=5.0))
+        assert "u is 108.9, more than 100" in str(caught.value)
+        assert caught.value.result.time[-1] == 1.1
+
+    def test_refused_initialization_has_the_words_of_the_fmu(self, tiny, tmp_path):
+        system = System(name="s", components={"a": str(tiny)}, held={"a.u": 0.0}, parameters={"a.k": -1.0})
+        with pytest.raises(InitializationFailed) as caught:
+            simulate(system, experiment(), out=tmp_path / "out")
+        assert str(caught.value).startswith("a cannot be initialized: fmi2ExitInitializationMode returned fmi2")
+        assert "k is -1, but must not be negative (n 3, label " in str(caught.value)
+        assert not (tmp_path / "out").exists()
+
+    def test_same_file_name_new_content(self, tiny, tmp_path):
+        """A rebuilt FMU is read again, not taken from the cache."""
+        path = tmp_path / "Tiny.fmu"
+        path.write_bytes(tiny.read_bytes())
+        first = FmuSlave("a", path)
+        tiny_fmu.changed(tiny, path, xml=lambda text: text.replace("by hand", "by another hand"))
+        os.utime(path, ns=(1, 1))
+        second = FmuSlave("a", path)
+        assert first._fmu.unzipDirectory != second._fmu.unzipDirectory
+
+    def test_once_per_process_gets_its_own_copy(self, tiny, tmp_path):
+        path = tiny_fmu.changed(
+            tiny, tmp_path / "Tiny.fmu",
+            xml=lambda text: text.replace("<CoSimulation ", '<CoSimulation canBeInstantiatedOnlyOncePerProcess="true" '),
+        )
+        a, b = FmuSlave("a", path), FmuSlave("b", path)
+        assert a._fmu.unzipDirectory != b._fmu.unzipDirectory
+
+
+class TestBadFiles:
+    def test_missing(self, tmp_path):
+        with pytest.raises(FmuError, match=r"none.fmu: there is no such file"):
+            read_interface(tmp_path / "none.fmu")
+
+    def test_no_archive(self, tmp_path):
+        path = tmp_path / "text.fmu"
+        path.write_text("hello")
+        with pytest.raises(FmuError, match="it is not an FMU, for it is no readable zip archive"):
+            read_interface(path)
+
+    def test_no_description(self, tiny, tmp_path):
+        path = tiny_fmu.changed(tiny, tmp_path / "a.fmu", keep=lambda name: name != "modelDescription.xml")
+        with pytest.raises(FmuError, match=r"it is not an FMU, for there is no modelDescription.xml inside"):
+            read_interface(path)
+
+    @pytest.mark.parametrize(
+        "damage",
+        [
+            lambda text: text[: len(text) // 2],
+            lambda text: text.replace('valueReference="', 'reference="'),
+            lambda text: text.replace("<ModelVariables>", "<Variables>").replace("</ModelVariables>", "</Variables>"),
+            lambda text: text.replace('index="3"', 'index="99"'),
+            lambda text: "",
+        ],
+    )
+    def test_damaged_description(self, tiny, tmp_path, damage):
+        path = tiny_fmu.changed(tiny, tmp_path / "a.fmu", xml=damage)
+        with pytest.raises(FmuError, match=r"a.fmu: its modelDescription.xml is damaged: ."):
+            read_interface(path)
+
+    def test_other_version(self, tiny, tmp_path):
+        path = tiny_fmu.changed(tiny, tmp_path / "a.fmu", xml=lambda t: t.replace('fmiVersion="2.0"', 'fmiVersion="3.0"'))
+        with pytest.raises(FmuError, match=r"it is of FMI version 3.0, needed is 2.0"):
+            read_interface(path)
+
+    def test_model_exchange_only(self, tiny, tmp_path):
+        path = tiny_fmu.changed(tiny, tmp_path / "a.fmu", xml=lambda t: t.replace("CoSimulation", "ModelExchange"))
+        with pytest.raises(FmuError, match="model exchange only, needed is co-simulation"):
+            read_interface(path)
+
+    def test_no_binary_for_this_platform(self, tiny, tmp_path):
+        other = "win64" if fmpy.platform != "win64" else "linux64"
+        end = ".dll" if other == "win64" else ".so"
+        path = tiny_fmu.changed(
+            tiny, tmp_path / "a.fmu", keep=lambda n: not n.startswith("binaries") or n.endswith("Tiny" + n[-3:]),
+            rename=lambda n: f"binaries/{other}/Tiny{end}" if n.startswith("binaries") else n,
+        )
+        with pytest.raises(FmuError, match=f"no binary for this platform: needed {fmpy.platform}, there: {other}"):
+            FmuSlave("a", path)
+
+    def test_broken_binary_leaves_the_working_directory(self, tiny, tmp_path):
+        path = tmp_path / "a.fmu"
+        import zipfile
+
+        with zipfile.ZipFile(tiny) as old, zipfile.ZipFile(path, "w") as new:
+            new.writestr("modelDescription.xml", old.read("modelDescription.xml"))
+            for name in old.namelist():
+                if name.startswith(f"binaries/{fmpy.platform}/"):
+                    new.writestr(name, b"not a library")
+        here = os.getcwd()
+        with pytest.raises(FmuError, match="its binary cannot be loaded"):
+            FmuSlave("a", path)
+        assert os.getcwd() == here
