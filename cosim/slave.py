@@ -170,6 +170,7 @@ class FmuSlave:
         """fmi2Instantiate."""
         _slaves[self._key] = self
         try:
+            # pythonfmu's FMUs tell why they fail only where logging is on
             self._fmu.instantiate(callbacks=_callbacks(self._key), loggingOn=True)
         except Exception as error:
             raise CallFailed(self.name, "fmi2Instantiate", "no instance", tuple(self.messages)) from error
@@ -266,11 +267,25 @@ class FmuSlave:
             return function(*arguments)
         except FMICallException as error:
             status = STATUS.get(error.status, f"the illegal status {error.status}")
-            last = self._last_successful_time() if error.status == fmi2.fmi2Discard else None
+            last = self.lost(error.status)
             messages = tuple(self.messages)
-            if error.status == fmi2.fmi2Fatal:
-                self._alive = False  # FMI: no further call, not even fmi2FreeInstance
             raise CallFailed(self.name, error.function, status, messages, last) from None
+
+    @property
+    def address(self) -> int:
+        """Address of the fmi2Component, for a caller in C."""
+        return int(self._fmu.component)
+
+    def entry(self, function: str) -> int:
+        """Return the address of an FMI function, 0 where the library lacks it."""
+        found = getattr(self._fmu.dll, function, None)
+        return 0 if found is None else int(ctypes.cast(found, ctypes.c_void_p).value or 0)
+
+    def lost(self, status: int) -> float | None:
+        """Note a failed call that was made in C; return the last successful time where the FMU knows it."""
+        if status == fmi2.fmi2Fatal:
+            self._alive = False  # FMI: no further call, not even fmi2FreeInstance
+        return self._last_successful_time() if status == fmi2.fmi2Discard else None
 
     def _last_successful_time(self) -> float | None:
         try:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cosim.errors import NotSupported, UnknownName
+from cosim.kernel import kernel
 from cosim.links import Link, Wiring
 from cosim.masters import loop, planning
 from cosim.masters.master import Block
@@ -26,11 +27,14 @@ class Explicit:
     `preset`: the timings as the system declares them; "jacobi": all at_point; "gauss_seidel": after_step where the
     source is declared before the target, at_point elsewhere. Step means stay after_step in every preset.
     `extrapolation`: up to which order at_point inputs are extrapolated with output derivatives, where the FMUs can.
+    `centred`: an FMU that can be refreshed steps with the mean of both ends where an input is after_step, and its
+    outputs are then evaluated with the value at the end: as fresh as after_step, and its states of second order.
     `kernel`: whether the loop runs in the compiled kernel.
     """
 
     preset: Literal["declared", "jacobi", "gauss_seidel"] = "declared"
     extrapolation: Literal[0, 1, 2] = 0
+    centred: bool = False
     kernel: Literal["auto", "never", "always"] = "auto"
 
     def __post_init__(self) -> None:
@@ -47,16 +51,18 @@ class Explicit:
         return planning.build(self.timed(wiring), schedule, record, self.extrapolation)
 
     def timed(self, wiring: Wiring) -> Wiring:
-        """Return the wiring with the timings of the preset."""
-        if self.preset == "declared":
-            return wiring
+        """Return the wiring with the timings of the preset, centred where that is asked for and can be."""
         place = {name: i for i, name in enumerate(wiring.components)}
 
         def timing(link: Link) -> str:
+            chosen = link.timing
             if link.step_mean:
-                return link.timing
-            earlier = place[link.source.component] < place[link.target.component]
-            return "after_step" if self.preset == "gauss_seidel" and earlier else "at_point"
+                return chosen
+            if self.preset != "declared":
+                earlier = place[link.source.component] < place[link.target.component]
+                chosen = "after_step" if self.preset == "gauss_seidel" and earlier else "at_point"
+            centred = self.centred and wiring.interfaces[link.target.component].refresh
+            return "midpoint" if centred and chosen == "after_step" else chosen
 
         return replace(wiring, links=tuple(replace(link, timing=timing(link)) for link in wiring.links))
 
@@ -69,6 +75,10 @@ class Explicit:
         stop: Callable[[], bool],
     ) -> Generator[int]:
         """Run from the initialized slaves to the stop time; see `Master.steps`."""
+        reason = "" if self.kernel != "never" else 'kernel="never"'
+        reason = reason or kernel.obstacle(slaves)
+        if not reason:
+            return kernel.steps(plan, slaves, values, block, stop)
         if self.kernel == "always":
-            raise NotSupported('kernel="always": there is no compiled kernel here', 'Choose kernel="auto".')
+            raise NotSupported(f'kernel="always": {reason}', 'Choose kernel="auto".')
         return loop.steps(plan, slaves, values, block, stop)

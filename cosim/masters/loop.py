@@ -91,7 +91,7 @@ class Run:
                     outputs.derivative_references, outputs.derivative_orders
                 )
         except CallFailed as error:
-            raise _failed(error, t, h) from error
+            raise failed_step(error, t, h) from error
         _refuse_not_finite(c, slave, t, h, outputs.names, values)
 
     def _set_inputs(self, c: ComponentPlan, slave: Slave, k: int, h: float) -> None:
@@ -150,15 +150,21 @@ class Run:
             slave.set_real(inputs.references, inputs.factor * value + inputs.addend)
             values = slave.get_real(reading.references)
         except CallFailed as error:
-            raise _failed(error, t, h) from error
+            raise failed_step(error, t, h) from error
         names = [c.outputs.names[slot - c.outputs.offset] for slot in reading.slots]
         _refuse_not_finite(c, slave, t, h, names, values)
         self.newest[reading.slots] = point[reading.slots] = values
 
 
-def _failed(error: CallFailed, t: float, h: float) -> StepFailed:
+def failed_step(error: CallFailed, t: float, h: float) -> StepFailed:
+    """Return a failed call as the failed step that it is; t, h: start and size of the component's step, s."""
     status = error.status if error.function == "fmi2DoStep" else f"{error.status} from {error.function}"
     return StepFailed(error.component, status, t, h, error.last_successful_time, error.messages)
+
+
+def not_finite(component: str, slave: Slave, t: float, h: float, variable: str, value: float) -> StepFailed:
+    """Return the failure of a step after which an output is no finite number."""
+    return StepFailed(component, "fmi2OK", t, h, None, tuple(slave.messages), variable, value)
 
 
 def _refuse_not_finite(
@@ -166,4 +172,4 @@ def _refuse_not_finite(
 ) -> None:
     if not np.isfinite(values).all():
         i = int(np.flatnonzero(~np.isfinite(values))[0])
-        raise StepFailed(c.name, "fmi2OK", t, h, None, tuple(slave.messages), names[i], float(values[i]))
+        raise not_finite(c.name, slave, t, h, names[i], float(values[i]))

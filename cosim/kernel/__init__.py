@@ -1,0 +1,1 @@
+"""The explicit loop in C, over the functions of the FMUs themselves."""
