@@ -7,8 +7,9 @@ flexible spacecraft of the source: four modes of panel 1, then the same of panel
 modes the first ones are taken; further ones repeat the frequencies with zero coupling.
 
 Frames: B body axes at the mass centre, N inertial, R reference.
-Source: C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible spacecraft,
-J. Harbin Inst. Tech. 50(4), 2018, Table 1; its initial attitude rates are read as rates of the Euler angles 1-2-3.
+Source: C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible
+spacecraft, J. Harbin Inst. Tech. 50(4), 2018, Table 1; its initial attitude rates are
+read as rates of the Euler angles 1-2-3.
 """
 
 from typing import Any
@@ -73,7 +74,8 @@ def flexible_conditions(component: Component, p: Any) -> list[Condition]:
         *inertia_conditions(p.J),
         Condition(
             smallest_eigenvalue(hub),  # (1)
-            "J - delta^T delta is not positive definite (smallest eigenvalue {} kg.m2). The modes hold more inertia than J.",
+            "J - delta^T delta is not positive definite (smallest eigenvalue {} kg.m2). "
+            "The modes hold more inertia than J.",
             (smallest_eigenvalue(hub),),
         ),
     ]

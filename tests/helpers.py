@@ -101,7 +101,7 @@ class Point:
 
 
 def assert_units(component: Component, spread=0.1, seed=5, kg=3.0, m=0.7, s=1.9) -> None:
-    """Every result moves by its declared unit when kg, m and s change: the declared units are those of the equations."""
+    """Every result moves by its declared unit when kg, m and s change: declared units are those of the equations."""
     point, other = (Point(component, np.random.default_rng(seed), spread, t=2.0) for _ in range(2))
 
     def factors(group):
@@ -127,8 +127,8 @@ def assert_units(component: Component, spread=0.1, seed=5, kg=3.0, m=0.7, s=1.9)
 class Monolithic:
     """Components and connections as one ODE, made of the components' own functions.
 
-    connections: ("plant.q_BN", "controller.q_BN"), ...; an input without one keeps its start value. A step-mean output is
-    the derivative that it is the mean of.
+    connections: ("plant.q_BN", "controller.q_BN"), ...; an input without one keeps its start value. A step-mean output
+    is the derivative that it is the mean of.
     """
 
     def __init__(self, components: dict[str, Component], connections: Sequence[tuple[str, str]]):
@@ -182,7 +182,7 @@ class Monolithic:
         return unflatten_flat(part.outputs_declared, f.outputs(*point, m))[variable]
 
     def start(self, t: float = 0.0) -> np.ndarray:
-        """The states at the start, calculated ones too (they depend on inputs, which are swept until nothing changes)."""
+        """The states at the start, calculated ones too (they depend on inputs: one sweep a component is enough)."""
         x = {n: start_vector(c.states) for n, c in self.components.items()}
         inputs = {n: self._inputs(n, [v.name for v in c.inputs]) for n, c in self.components.items()}
         u = ca.Function("u", [self._t, *self._x.values()], list(inputs.values()))

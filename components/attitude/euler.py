@@ -17,8 +17,10 @@ Sequence 3-2-1 turns by psi about z, then th about y, then phi about x:
                                          0 -sin phi    cos phi cos th]
 
 Frames: B body, N the frame that the angles start from (inertial, reference or orbit frame). Quaternions scalar first.
-Source: (2), (4) Zhang, Sun, Ma, Li, J. Harbin Inst. Tech. 50(4), 2018, equation (3); (7) Xiao, Hu, Ma, Control Theory &
-Applications 28(1), 2011, equation (2) with the sign of cos phi corrected.
+Source: (4) C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible
+spacecraft, J. Harbin Inst. Tech. 50(4), 2018, equation (3); (7) B. Xiao, Q. Hu, G. Ma, Adaptive L2-gain controller for
+flexible spacecraft attitude tracking, Control Theory & Applications 28(1), 2011, equation (2), with the sign of cos phi
+corrected.
 Limits: (4), (5) and the inverse of (7) are singular at th = +-90 deg, where phi and psi are not unique either.
 """
 

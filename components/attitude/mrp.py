@@ -7,8 +7,8 @@
     shadow set: -sigma / s2, the same attitude                                                           (5)
     sigma = q_v / (1 + q_0), q the scalar-first quaternion                                               (6)
 
-Source: Ye, Sun, Liu, An adaptive control algorithm for hybrid actuator with installation deviation, J. Harbin Inst. Tech.
-48(11), 2016: C(sigma), equation (6) and the line above (7), with the misprints corrected; (5) is a textbook identity.
+Source: D. Ye, Z. Sun, Y. Liu, An adaptive control algorithm for hybrid actuator with installation deviation, J. Harbin
+Inst. Tech. 48(11), 2016: C(sigma), its equation (6), and G' above its (7); (5), (6) are textbook identities.
 Limits: singular at a full turn; (5) at s2 = 0 is infinite.
 """
 

@@ -4,7 +4,8 @@
 
 A network whose inputs have different units takes them in groups, each with its own centres and width; a paper that
 writes exp(-|x - c|^2 / b^2) has the width b / sqrt(2) here.
-Source: Zhang, Sun, Ma, Li, J. Harbin Inst. Tech. 50(4), 2018, the text above equation (12).
+Source: C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible
+spacecraft, J. Harbin Inst. Tech. 50(4), 2018, the line above equation (12).
 """
 
 from typing import Any

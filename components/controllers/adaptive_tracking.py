@@ -1,13 +1,13 @@
 """Adaptive attitude tracking without prescribed performance (ATC).
 
     s = Lambda e + e'                                                                             (15)
-    s' = U-scaled theta'' - theta_d'' + Lambda e': r = 1, f = theta_d'' - Lambda e'               (16)
+    s' = theta'' - f:  r = 1,  f = theta_d'' - Lambda e'                                          (16)
 The rest of the law, network and adaptation are (12)-(14) of euler_tracking.py.
 
-Symbols: e error of the Euler angles 1-2-3 in the angle unit U (degrees unless set), theta_d'' likewise.
-Source: C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible spacecraft,
-J. Harbin Inst. Tech. 50(4), 2018, the law without number in section 4; (15), (16) are numbers of this file. Changed:
-theta_d'' where the print has theta_d.
+Symbols: e error of the Euler angles 1-2-3, in the angle unit U (degrees unless set) as theta and theta_d are in (16).
+Source: C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible
+spacecraft, J. Harbin Inst. Tech. 50(4), 2018, the law without number in section 4;
+(15), (16) are numbers of this file. Changed: theta_d'' where the print has theta_d.
 Invariants: at e = e' = 0 and W = 0 the torque is that of the reference motion of a rigid vehicle.
 Limits: those of euler_tracking.py; no bound on e.
 """

@@ -1,10 +1,10 @@
 """Adaptive tracking in Euler angles 1-2-3: what the laws of one paper have in common.
 
-theta, theta_d: angles of body and reference. e = (theta - theta_d) / U, U the angle unit of the gains: no unit, in degrees
-or radians as U says. The vehicle without its modes, G and G' as in attitude/euler.py:
-    theta' = F omega_BN_B,  G = F^-1                                                              (3)
-    U e'' = theta'' - theta_d'',  B = J*^-1 G^T,  B^-1 = J G                                      (4)
-Its law asks for an acceleration a of theta in U, and acts with the gain r on the filtered error s:
+theta, theta_d: angles of body and reference; U: the angle unit of the gains, degrees unless set. The error and all that
+follows from it have no unit of angle. The vehicle is taken without its modes, G and G' are those of attitude/euler.py:
+    e = (theta - theta_d) / U,  theta' = F w,  G = F^-1                                           (3)
+    J* theta'' + C theta' = G^T u + D,  J* = G^T J G                                              (4)
+A law asks for an acceleration a of theta / U; r is the gain from there to its filtered error s, s' = r (a - f):
     a = f - D_hat - (k + K) s / (1 + T_s r (k + K)),  k = mu_hat^2 / (mu_hat |s| + sigma)         (12)
     tau = J (U G a + G' theta') + w x J w,   w = omega_BN_B                                       (12a)
     W_i' = tau_w (s_i h - beta W_i),  D_hat = W h,  h_j Gaussian in e and e'                      (13)
@@ -13,9 +13,9 @@ A law says what s, r and f are. T_s = 0 is the paper's law; T_s = the step over 
 below what that step can stand. (12a) is B^-1 (a - A) with A = -J*^-1 C theta'; no matrix is inverted.
 
 Frames: B body, R reference, N inertial. |.| is the Euclidean norm; rows of W are axes.
-Source: C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible spacecraft,
-J. Harbin Inst. Tech. 50(4), 2018, equations (3), (4), (12)-(14). Changed: dots that the print lost (theta_d'', F' in C);
-the last rate centre of node 1 is -0.03, printed 0.03; U is not said there, degrees are read.
+Source: C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible
+spacecraft, J. Harbin Inst. Tech. 50(4), 2018, equations (3), (4), (12)-(14). Changed:
+dots that the print lost (theta_d'', F' in C); the last rate centre of node 1 is -0.03, printed 0.03. It does not say U.
 Limits: singular at a pitch of +-90 deg, of the body or of the reference: `gimbal_lock` reports it, nothing prevents it.
 The adaptation does not stop while an actuator saturates. D_hat learns what depends on the torque too (eta'').
 """
@@ -33,9 +33,10 @@ from ..attitude.vectors import length
 from ..framework import AttitudeController, Component, Condition, Input, Output, Parameter, State
 from ..vehicle import DEGREE
 
-CENTRES = np.array([[-0.25, -0.17, -0.08, 0, 0.08, 0.17, 0.25], [-0.15, -0.1, -0.05, 0, 0.05, 0.1, 0.15]])
-CENTRES = np.vstack([CENTRES, [[-0.2, -0.13, -0.07, 0, 0.07, 0.13, 0.2]]])
-RATE_CENTRES = np.array([[-0.03, -0.02, -0.01, 0, 0.01, 0.02, 0.03], CENTRES[1], [-0.03, -0.02, -0.01, 0, 0.01, 0.02, 0.03]])
+WIDE, MIDDLE = [-0.25, -0.17, -0.08, 0, 0.08, 0.17, 0.25], [-0.15, -0.1, -0.05, 0, 0.05, 0.1, 0.15]
+CENTRES = np.array([WIDE, MIDDLE, [-0.2, -0.13, -0.07, 0, 0.07, 0.13, 0.2]])
+SLOW = [-0.03, -0.02, -0.01, 0, 0.01, 0.02, 0.03]
+RATE_CENTRES = np.array([SLOW, MIDDLE, SLOW])
 REFERENCE_RATE = 0.1 * DEGREE * ca.DM([0.5, 1.0, -0.5])  # of theta_d at the start, where theta_d = 0
 REFERENCE_ACCELERATION = euler.G_dot_123(ca.DM.zeros(3), REFERENCE_RATE) @ REFERENCE_RATE
 
@@ -45,7 +46,9 @@ def _spread(values: np.ndarray) -> Any:
 
     def start(component: Any) -> np.ndarray:
         n = component.nodes
-        return values if n == values.shape[1] else np.outer(values[:, -1], np.linspace(-1, 1, n) if n > 1 else np.zeros(n))
+        return (
+            values if n == values.shape[1] else np.outer(values[:, -1], np.linspace(-1, 1, n) if n > 1 else np.zeros(n))
+        )
 
     return start
 
@@ -76,7 +79,9 @@ class EulerTracking(Component):
     nodes: int = 7  # structural: nodes of the network
 
     J = vehicle.J
-    angle_unit = Parameter(unit="rad", start=DEGREE, display_unit="deg", doc="angle unit U of the gains; 1 rad: radians")
+    angle_unit = Parameter(
+        unit="rad", start=DEGREE, display_unit="deg", doc="angle unit U of the gains; 1 rad: radians"
+    )
     Lambda = Parameter(unit="1/s", shape=(3,), start=0.125, doc="lambda, slope of the filtered error")
     K = Parameter(unit="1/s", shape=(3,), start=(0.5, 0.1, 0.5), doc="feedback gain")
     sigma = Parameter(unit="1/s3", start=0.01, doc="smoothing of the robust term")

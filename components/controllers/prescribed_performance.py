@@ -12,14 +12,15 @@ so that f = -V / r; the rest of the law, network and adaptation are (12)-(14) of
 Nearer than m to a bound and beyond it, epsilon goes on as a straight line, z_m = lo + m or hi - m:
     epsilon = epsilon(z_m) + g/2 (z - z_m),  r = g / (2 rho),  g = 1/(z_m - lo) + 1/(hi - z_m)    (17)
 
-Symbols: e, rho in the angle unit U of euler_tracking.py; delta is the parameter `overshoot`, since the vehicle's coupling
-has that name; side is the sign of e(t0), t0 the time of initialization.
-Source: C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible spacecraft,
-J. Harbin Inst. Tech. 50(4), 2018, equations (5)-(14). Changed: rho'' where the print of epsilon'' has rho'; the second
-branch of (7) is e(0) < 0. (17) is ours: clipping z instead does not find back.
+Symbols: e, rho, theta_d in the angle unit U of euler_tracking.py; delta is the parameter `overshoot`, since the
+vehicle's coupling has that name; side is the sign of e(t0), t0 the time of initialization; m barrier_margin.
+Source: C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible
+spacecraft, J. Harbin Inst. Tech. 50(4), 2018, equations (5)-(14). Changed: rho'' where
+the print of epsilon'' has rho'; the second branch of its properties of S is e(0) < 0. (17) is not the paper's: clipping
+z instead does not find back.
 Invariants: lo < z < hi along the continuous loop, and barrier_time = 0; at D = 0, W = 0 the surface s = 0 is kept.
-Limits: those of euler_tracking.py. delta = 0 ends at z = 1/2: a steady error of half the bound. The gain r K grows as rho
-shrinks (to 570 1/s at the start values): a torque held over a step needs r (k + K) T < 2, or `hold_step`.
+Limits: those of euler_tracking.py. delta = 0 ends at z = 1/2: a steady error of half the bound. The gain r (k + K) of
+(12) grows as rho shrinks (to 570 1/s at the start values): a torque held over T needs r (k + K) T < 2, or `hold_step`.
 """
 
 from typing import Any
@@ -38,7 +39,9 @@ class PrescribedPerformance(EulerTracking):
     rho_inf = Parameter(unit="rad", shape=(3,), start=0.005 * DEGREE, display_unit="deg", doc="bound of e at the end")
     k = Parameter(unit="1/s", shape=(3,), start=0.15, doc="rate at which the bound shrinks")
     overshoot = Parameter(unit="1", shape=(3,), start=0.0, doc="delta, overshoot allowed, as a part of the bound")
-    barrier_margin = Parameter(unit="1", start=0.05, doc="m, part of the bound before it where epsilon becomes straight")
+    barrier_margin = Parameter(
+        unit="1", start=0.05, doc="m, part of the bound before it where epsilon becomes straight"
+    )
 
     side = State(unit="1", shape=(3,), calculated=True, doc="1 where e >= 0 at the start, else -1")
     t0 = State(unit="s", calculated=True, doc="time of initialization")
@@ -96,9 +99,15 @@ class PrescribedPerformance(EulerTracking):
             within = ca.logic_and(p.overshoot[i] >= 0, p.overshoot[i] <= 1)
             conditions.append(Condition(within, text, (p.overshoot[i],)))
             nowhere = ca.logic_and(p.overshoot[i] == 0, e[i] == 0)
-            text = f"the initial {axis} error is {{}} deg and overshoot[{n}] is {{}}: epsilon would be infinite. Set overshoot[{n}] > 0."
+            text = (
+                f"the initial {axis} error is {{}} deg and overshoot[{n}] is {{}}: epsilon would be infinite. "
+                f"Set overshoot[{n}] > 0."
+            )
             conditions.append(Condition(ca.logic_not(nowhere), text, (e[i] / DEGREE, p.overshoot[i])))
-            text = f"the initial {axis} error is {{}} deg, outside its bound of {{}} to {{}} deg. Raise rho_0[{n}] or start nearer."
+            text = (
+                f"the initial {axis} error is {{}} deg, outside its bound of {{}} to {{}} deg. "
+                f"Raise rho_0[{n}] or start nearer."
+            )
             shown = (e[i] / DEGREE, lo[i] * p.rho_0[i] / DEGREE, hi[i] * p.rho_0[i] / DEGREE)
             inside = ca.fmin(e[i] - lo[i] * p.rho_0[i], hi[i] * p.rho_0[i] - e[i])
             conditions.append(Condition(ca.if_else(nowhere, 1, inside), text, shown))

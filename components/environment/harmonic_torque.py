@@ -3,8 +3,9 @@
     d = bias + sine sin(n t) + cosine cos(n t)                                                    (1)
 
 Symbols: n frequency, e.g. the orbit rate; d tau_dist_B.
-Source: C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible spacecraft,
-J. Harbin Inst. Tech. 50(4), 2018, section 4: the start values are its environment at 500 km.
+Source: C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible
+spacecraft, J. Harbin Inst. Tech. 50(4), 2018, section 4: the start values are its
+environment at 500 km.
 Limits: does not depend on the attitude; t is the simulation's time.
 """
 

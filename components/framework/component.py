@@ -30,9 +30,9 @@ class Condition:
 class Component:
     """Base of every component that is written as CasADi expressions.
 
-    A subclass declares variables as class attributes, structural parameters as annotated integers, and `ports`, one class
-    or several whose declarations it takes over (its own declaration of the same name wins). Variables whose number follows
-    from the structure are declared by `declare`. It writes
+    A subclass declares variables as class attributes, structural parameters as annotated integers, and `ports`, one
+    class or several whose declarations it takes over (its own declaration of the same name wins). Variables whose
+    number follows from the structure are declared by `declare`. It writes
 
     derivatives(t, x, u, p) -> {state: rate}        continuous states
     update(t, x, u, p) -> {state: next value}       instead, in a sampled component, which sets `sample_time` (s)
@@ -43,8 +43,8 @@ class Component:
     project(x, p) -> {state: value}                 after each internal step, e.g. normalisation
     check(t, x, u, p) -> [Condition]                at the end of initialization
 
-    t is a scalar, and x, u, p hold every variable of their role under its name, as CasADi scalars, columns and matrices; p
-    has the calculated parameters too. All are pure functions: branches are `ca.if_else`.
+    t is a scalar, and x, u, p hold every variable of their role under its name, as CasADi scalars, columns and
+    matrices; p has the calculated parameters too. All are pure functions: branches are `ca.if_else`.
     """
 
     ports: ClassVar[type | tuple[type, ...]] = ()
@@ -75,7 +75,8 @@ class Component:
     def _resolve(self, variable: Variable, start: Any) -> Variable:
         if variable.unit not in UNITS:
             known = list(UNITS)
-            raise ComponentError(self.name, f"{variable.name}: unknown unit {variable.unit!r}.{nearest(variable.unit, known)}")
+            text = f"{variable.name}: unknown unit {variable.unit!r}.{nearest(variable.unit, known)}"
+            raise ComponentError(self.name, text)
         try:
             return replace(variable, **resolve(variable, self.structure, start, self))
         except (ValueError, TypeError) as error:
@@ -89,12 +90,12 @@ class Component:
             raise ComponentError(self.name, "has states but neither derivatives nor sample_time with update.")
 
     def variant(self, **structure: int) -> "Component":
-        """Return the same component with another structure; start values whose shape follows it fall back to the class's."""
+        """Return the component with another structure; start values whose shape follows it are the class's again."""
         declared = _declared(type(self))
         kept = {n: v for n, v in self.given.items() if n not in declared or not set(structure) & set(declared[n].shape)}
         return type(self)(**(kept | structure))
 
-    # ---- declarations -------------------------------------------------------------------------------------------------
+    # ---- declarations ----------------------------------------------------------------------------------------------
 
     def _of(self, kind: type) -> tuple[Any, ...]:
         return tuple(v for v in self._variables.values() if type(v) is kind)
@@ -103,14 +104,15 @@ class Component:
     def parameters(self) -> tuple[Parameter, ...]:
         """Parameters as declared, then those of the solver.
 
-        Continuous states have `solver.step`. A sampled component has `sample_time` and `solver.commit_shown`: a master that
-        sets the inputs of the step's end before the step (after_step) must not have them taken for the sample at its start.
+        Continuous states have `solver.step`. A sampled component has `sample_time` and `solver.commit_shown`: a master
+        that sets the inputs of the step's end before the step (after_step) must not have them taken for the sample at
+        its start.
         """
         own: list[Parameter] = list(self._of(Parameter))
         if self.sampled:
             doc = "time between two samples"
             own.append(Parameter(name="sample_time", unit="s", start=np.array(float(self.sample_time)), doc=doc))
-            doc = "1: a sample is taken with the inputs as they were when its outputs were last shown, 0: as set before the step"
+            doc = "1: a sample is taken with the inputs as when its outputs were last shown, 0: as set before the step"
             own.append(Parameter(name="solver.commit_shown", unit="1", start=np.array(0.0), doc=doc))
         elif self.states and not self.python_only:
             doc = "largest internal integration step"
@@ -145,14 +147,14 @@ class Component:
         return self.sample_time is not None
 
     def size(self, group: Iterable[Variable]) -> int:
-        """Number of scalars in a group of variables."""
+        """Return the number of scalars in a group of variables."""
         return sum(v.size for v in group)
 
     def declare(self) -> dict[str, Variable]:
         """Return further declarations, name -> variable, that follow from the structural parameters."""
         return {}
 
-    # ---- equations, to be overridden ----------------------------------------------------------------------------------
+    # ---- equations, to be overridden -------------------------------------------------------------------------------
 
     def derivatives(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         """Return the time derivative of every state."""
@@ -186,7 +188,7 @@ class Component:
         """Return the conditions that parameters and initial values must meet."""
         return []
 
-    # ---- derived ------------------------------------------------------------------------------------------------------
+    # ---- derived ---------------------------------------------------------------------------------------------------
 
     @cached_property
     def functions(self) -> Functions:
@@ -212,9 +214,9 @@ class Component:
 class PythonComponent(Component):
     """Base of a component in plain Python and NumPy, for the python back end only.
 
-    Same declarations; `outputs(t, x, u, p)` and, with states, `step(t, h, x, u, p) -> {state: value at t + h}`, both pure:
-    all that they remember, a random generator's state too, is in x. x, u, p hold floats and arrays. An output depends on
-    every input unless `feedthrough` names those that it depends on.
+    Same declarations; `outputs(t, x, u, p)` and, with states, `step(t, h, x, u, p) -> {state: value at t + h}`, both
+    pure: all that they remember, a random generator's state too, is in x. x, u, p hold floats and arrays. An output
+    depends on every input unless `feedthrough` names those that it depends on.
     """
 
     python_only = True
@@ -249,7 +251,7 @@ def _structural(cls: type) -> dict[str, int]:
 
 
 def _declared(cls: type) -> dict[str, Variable]:
-    """Declarations of the ports, the bases and the class, a later one replacing an earlier one in its place."""
+    """Return what ports, bases and class declare, a later declaration replacing an earlier one in its place."""
     ports = cls.ports if isinstance(cls.ports, tuple) else (cls.ports,)
     found: dict[str, Variable] = {}
     for source in (*ports, *reversed(cls.__mro__)):

@@ -1,7 +1,7 @@
 """A component's equations as CasADi functions of flat vectors.
 
-t scalar; x states, u inputs, p parameters, c calculated parameters, m step means, y outputs that are not states: columns
-in the order of declaration, matrices row by row.
+t scalar; x states, u inputs, p parameters, c calculated parameters, m step means, y outputs that are not states:
+columns in the order of declaration, matrices row by row.
 """
 
 from collections.abc import Iterable
@@ -25,7 +25,8 @@ class Values(SimpleNamespace):
 
     def __getattr__(self, name: str) -> Any:
         """Name the nearest variables where one does not exist."""
-        raise AttributeError(f"no variable {name!r} here.{nearest(name, list(vars(self)))} There are: {', '.join(vars(self))}")
+        known = list(vars(self))
+        raise AttributeError(f"no variable {name!r} here.{nearest(name, known)} There are: {', '.join(known)}")
 
 
 def unflatten(group: Iterable[Variable], vector: Any) -> dict[str, Any]:
@@ -86,7 +87,7 @@ class Functions:
         self._c = ca.SX.sym("c", component.size(component.calculated_parameters))
         self._m = ca.SX.sym("m", sum(o.size for o in component.outputs_declared if o.step_mean))
 
-    # ---- expressions --------------------------------------------------------------------------------------------------
+    # ---- expressions -----------------------------------------------------------------------------------------------
 
     @cached_property
     def _named(self) -> tuple[Any, Values, Values, Values]:
@@ -114,7 +115,7 @@ class Functions:
     def _means(self) -> tuple[Variable, ...]:
         return tuple(o for o in self._component.outputs_declared if o.step_mean)
 
-    # ---- functions ----------------------------------------------------------------------------------------------------
+    # ---- functions -------------------------------------------------------------------------------------------------
 
     @cached_property
     def calculate(self) -> ca.Function:
@@ -130,7 +131,8 @@ class Functions:
         values = part.initial(*self._named)
         names = {s.name for s in part.states if s.calculated}
         if set(values) != names:
-            raise ComponentError(part.name, f"initial returns {sorted(values)}, the calculated states are {sorted(names)}.")
+            text = f"initial returns {sorted(values)}, the calculated states are {sorted(names)}."
+            raise ComponentError(part.name, text)
         return self._function("initial", "t x u p c", {"x_initial": self._states_with("initial", values)})
 
     @cached_property
@@ -192,10 +194,11 @@ class Functions:
         for condition, margin in zip(self.conditions, margins, strict=True):
             if margin.shape != (1, 1):
                 raise ComponentError(self._component.name, f"check: margin of {condition.text!r} is no scalar.")
-        results = {"margins": ca.densify(ca.vertcat(*margins, ca.SX(0, 1))), "shown": ca.densify(ca.vertcat(*shown, ca.SX(0, 1)))}
+        columns = {"margins": margins, "shown": shown}
+        results = {name: ca.densify(ca.vertcat(*values, ca.SX(0, 1))) for name, values in columns.items()}
         return self._function("check", "t x u p c", results)
 
-    # ---- derivatives --------------------------------------------------------------------------------------------------
+    # ---- derivatives -----------------------------------------------------------------------------------------------
 
     @cached_property
     def _seeds(self) -> dict[str, ca.SX]:
@@ -242,7 +245,7 @@ class Functions:
         sc = ca.densify(ca.jtimes(self.calculate(self._p), self._p, sp))
         return ca.Function("calculate_forward", [self._p, sp], [sc], ["p", "sp"], ["sc"], {"cse": True})
 
-    # ---- sparsity -----------------------------------------------------------------------------------------------------
+    # ---- sparsity --------------------------------------------------------------------------------------------------
 
     @cached_property
     def output_dependencies(self) -> list[dict[str, list[int]]]:

@@ -1,7 +1,8 @@
 """The only list of units: name -> exponents of kg, m, s, A, rad.
 
-Every unit is coherent SI (factor 1, offset 0); other units of the same dimension exist for display only. An exponent may be
-a half (mass-normalised modal coordinates); FMI 2.0 cannot express that, so such a unit has a name and no base unit there.
+Every unit is coherent SI (factor 1, offset 0); other units of the same dimension exist for display only. An exponent
+may be a half (mass-normalised modal coordinates); FMI 2.0 cannot express that, so such a unit has a name and no base
+unit there.
 """
 
 from dataclasses import dataclass

@@ -86,7 +86,7 @@ class Output(Variable):
 
 
 def expand(value: Any, shape: tuple[int, ...]) -> np.ndarray:
-    """Return the start value as an array of the shape; a scalar is repeated. Raises ValueError where it does not fit."""
+    """Return the start value as an array of the shape, a scalar repeated; ValueError where it does not fit."""
     array = np.asarray(value, dtype=float)
     if array.shape == shape:
         return array

@@ -5,10 +5,11 @@
     omega_RN_R = G(theta) theta'                                                                  (3)
     omega_RN_R' = G theta'' + G' theta'                                                           (4)
 
-Frames: R reference, N inertial; theta turn from N to R about x, y, z. omega_dot_RN_R = (4): the derivative in N and in R
-of omega_RN are one vector.
-Source: C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible spacecraft,
-J. Harbin Inst. Tech. 50(4), 2018, section 4: the start values are its desired attitude.
+Frames: R reference, N inertial; theta turn from N to R about x, y, z. (4) is omega_dot_RN_R: the derivatives of
+omega_RN in N and in R are one vector.
+Source: C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible
+spacecraft, J. Harbin Inst. Tech. 50(4), 2018, section 4: the start values are its
+desired attitude.
 Invariants: |q_RN| = 1, and its sign is continuous in time.
 Limits: t is the simulation's time, so that a later start begins later in the sinusoid.
 """

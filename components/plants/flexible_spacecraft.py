@@ -11,8 +11,9 @@ Total angular momentum and the energy of hub and modes:
 
 Symbols: w omega_BN_B, q q_BN, tau tau_B, d tau_dist_B, h_B momentum stored by the actuators; B body axes at the mass
 centre, N inertial. delta has a row a mode, the transpose of the papers' F. tau contains the reaction to h_B'.
-Source: C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible spacecraft,
-J. Harbin Inst. Tech. 50(4), 2018, equations (1), (2), with eta'' where the print has lost a dot, and with h_B added.
+Source: C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible
+spacecraft, J. Harbin Inst. Tech. 50(4), 2018, equations (1), (2), with eta'' where
+the print has lost a dot, and with h_B added.
 Invariants: |q| = 1; H_N constant if tau = d = 0 and h_B constant; E' = w . (tau + d) - eta' . 2 zeta Omega eta'.
 Limits: elastic displacement small, mass centre fixed in the hub, no orbit coupling.
 """

@@ -182,9 +182,12 @@ def test_start_values_for_any_number_of_modes(modes):
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        ({"J": J + [[0, 1, 0], [0, 0, 0], [0, 0, 0]]}, ["J is not symmetric", "differ by 1 kg.m2"]),
+        ({"J": J + np.eye(3, k=1) * [[1], [0], [0]]}, ["J is not symmetric", "differ by 1 kg.m2"]),
         ({"J": np.diag([100.0, -5.0, 100.0])}, ["J is not positive definite", "smallest eigenvalue -5 kg.m2"]),
-        ({"J": np.diag([10.0, 300.0, 300.0])}, ["J - delta^T delta is not positive definite", "-4.5", "more inertia than J"]),
+        (
+            {"J": np.diag([10.0, 300.0, 300.0])},
+            ["J - delta^T delta is not positive definite", "-4.5", "more inertia than J"],
+        ),
         ({"Omega": [1, 2, 3, 4, 5, 6, 7, -8]}, ["Omega has an element -8 rad/s", "negative"]),
         ({"zeta": [-0.01] + 7 * [0]}, ["zeta has an element -0.01 1", "negative"]),
         ({"q_BN": [1.0, 0.0, 0.0, 0.1]}, ["q_BN has norm 1.00499", "unit quaternion"]),

@@ -48,7 +48,7 @@ class Lag(Component):
         return {"y": p.K * ca.repmat(u.u.T, self.n, 1), "w": p.rate * ca.sum1(x.x)}
 
 
-# ---- declarations -------------------------------------------------------------------------------------------------------
+# ---- declarations --------------------------------------------------------------------------------------------------
 
 
 def test_elements_and_flattening_are_row_by_row():
@@ -126,7 +126,7 @@ def test_declare_follows_the_structure():
     assert [v.name for v in Many(n=3).inputs] == ["u_0", "u_1", "u_2"]
 
 
-# ---- errors: declarations -----------------------------------------------------------------------------------------------
+# ---- errors: declarations ------------------------------------------------------------------------------------------
 
 
 def component(**body):
@@ -139,7 +139,10 @@ ERRORS = {
     "structure negative": (lambda: Lag(n=-1), "Lag: structural parameter n = -1 is not a whole number >= 0."),
     "structure bool": (lambda: Lag(n=True), "Lag: structural parameter n = True is not a whole number >= 0."),
     "structure float": (lambda: Lag(n=2.0), "Lag: structural parameter n = 2.0 is not a whole number >= 0."),
-    "unknown name": (lambda: Lag(Tee=1), "Lag: no variable 'Tee'. Did you mean 'T'? Variables: n, K, T, rate, u, x, y, w."),
+    "unknown name": (
+        lambda: Lag(Tee=1),
+        "Lag: no variable 'Tee'. Did you mean 'T'? Variables: n, K, T, rate, u, x, y, w.",
+    ),
     "wrong shape": (lambda: Lag(u=[1, 2]), "Lag: u: start value has shape (2,), declared shape is (3,)."),
     "no number": (lambda: Lag(T="fast"), "Lag: T: could not convert string to float: 'fast'."),
     "unknown unit": (
@@ -179,7 +182,7 @@ def test_declaration_errors(case):
     assert caught.value.component == message.split(":")[0]
 
 
-# ---- errors: equations --------------------------------------------------------------------------------------------------
+# ---- errors: equations ---------------------------------------------------------------------------------------------
 
 
 def rates(values):
@@ -196,13 +199,21 @@ EQUATIONS = {
     "near": (outputs({"yy": 0}), "outputs", "outputs returns 'yy', which it should not. Did you mean 'y'?"),
     "scalar": (rates({"x": 0}), "rates", "derivatives: x is a scalar, declared with shape (2,)."),
     "length": (rates({"x": ca.SX.zeros(3)}), "rates", "derivatives: x has shape (3, 1), declared with (2,)."),
-    "transposed": (outputs({"y": ca.SX.zeros(3, 2)}, (2, 3)), "outputs", "outputs: y has shape (3, 2), declared with (2, 3)."),
+    "transposed": (
+        outputs({"y": ca.SX.zeros(3, 2)}, (2, 3)),
+        "outputs",
+        "outputs: y has shape (3, 2), declared with (2, 3).",
+    ),
     "initial": (
         dict(x=State(unit="1", calculated=True, doc="state"), derivatives=lambda self, t, x, u, p: {"x": 0}),
         "initial",
         "initial returns [], the calculated states are ['x'].",
     ),
-    "calculate": (dict(c=CalculatedParameter(unit="1", doc="never calculated")), "calculate", "calculate does not return 'c'."),
+    "calculate": (
+        dict(c=CalculatedParameter(unit="1", doc="never calculated")),
+        "calculate",
+        "calculate does not return 'c'.",
+    ),
     "margin": (
         dict(check=lambda self, t, x, u, p: [Condition(ca.SX.zeros(2), "a and b must be positive")]),
         "check",
@@ -225,7 +236,8 @@ def test_equation_errors(case):
 
 
 def test_a_misspelt_variable_in_an_equation_is_named():
-    with pytest.raises(AttributeError, match=r"no variable 'omega' here. Did you mean 'Omega'\? There are: Omega, zeta"):
+    message = r"no variable 'omega' here. Did you mean 'Omega'\? There are: Omega, zeta"
+    with pytest.raises(AttributeError, match=message):
         Values(Omega=1, zeta=2).omega
 
 
@@ -248,7 +260,7 @@ def test_rate_units():
     assert UNITS["kg(1/2).m"].scale(kg=4.0, m=3.0) == 6.0
 
 
-# ---- sampled ------------------------------------------------------------------------------------------------------------
+# ---- sampled -------------------------------------------------------------------------------------------------------
 
 
 class Counter(Component):
@@ -280,7 +292,7 @@ def test_sampled():
     assert_allclose(numbers(sy), 0.75)
 
 
-# ---- step means and calculated states -----------------------------------------------------------------------------------
+# ---- step means and calculated states ------------------------------------------------------------------------------
 
 
 class Wheel(Component):
@@ -357,7 +369,7 @@ def test_linearise():
     assert_allclose(b, 0.5 * np.arange(6.0).reshape(2, 3))
 
 
-# ---- Python-only --------------------------------------------------------------------------------------------------------
+# ---- Python-only ---------------------------------------------------------------------------------------------------
 
 
 class Bang(PythonComponent):
