@@ -1,7 +1,7 @@
 """The native back end: a component as C, in an FMU that needs nothing but the C library.
 
-CasADi writes the component's functions (model.c), this module its names, sizes and start values (model.h); native/fmi2.c,
-the same for every component, includes both. The sources travel in the FMU, so that it can be compiled elsewhere.
+CasADi writes the component's functions (model.c), this module its names, sizes and start values (model.h);
+native/fmi2.c, the same for every component, includes both. The sources travel in the FMU, to be compiled elsewhere.
 """
 
 import re
@@ -32,16 +32,16 @@ def build_native(
 ) -> Path:
     """Write a native FMU of the component to `path` and return it; the same component gives the same bytes.
 
-    platforms: "host", "linux64", "win64", "darwin64". Raises BuildError, NoCompiler, CompileFailed.
+    platforms: "host", "all", "linux64", "win64", "darwin64". Raises BuildError, NoCompiler, CompileFailed.
     """
     name = model_name or path.stem
     if component.python_only:
         raise BuildError(
-            f"{component.name} is written in plain Python, there is no C to write from it: build it with --backend python."
+            f"{component.name} is written in plain Python, which gives no C: build it with --backend python."
         )
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name, re.ASCII):
         raise BuildError(f"an FMU's name is an identifier of C (letters, digits, _), {name!r} is none.")
-    wanted = resolve_platforms(tuple(platforms))
+    wanted = resolve_platforms(platforms)
     interface = Interface(component, name, derivatives=True)
     sources = native_sources(interface)
     files = {f"sources/{file}": data for file, data in sources.items()}
@@ -84,7 +84,7 @@ def _capabilities(interface: Interface) -> Capabilities:
     )
 
 
-# ---- model.c ----------------------------------------------------------------------------------------------------------
+# ---- model.c --------------------------------------------------------------------------------------------------------
 
 
 def _functions(part: Component) -> list[ca.Function]:
@@ -95,7 +95,9 @@ def _functions(part: Component) -> list[ca.Function]:
     means = any(o.step_mean and o.size for o in part.outputs_declared)
     outputs = bool(part.size(part.outputs_declared))
     if means and not moving:
-        raise BuildError(f"{part.name}: a step mean is the rate of something that states make; there are no continuous states.")
+        raise BuildError(
+            f"{part.name}: a step mean is the rate of something that states make; there are no continuous states."
+        )
     chosen: list[ca.Function] = []
     if moving:
         chosen += [f.rates, f.advance]
@@ -133,7 +135,7 @@ def _generated(part: Component) -> tuple[bytes, bytes]:
     return code, b"".join(line + b"\n" for line in sizes)
 
 
-# ---- model.h ----------------------------------------------------------------------------------------------------------
+# ---- model.h --------------------------------------------------------------------------------------------------------
 
 
 def _model_header(interface: Interface) -> bytes:
@@ -156,8 +158,8 @@ def _model_header(interface: Interface) -> bytes:
     rows = [f"    {{{_quoted(s.name)}, {(s.start or 0.0)!r}, {_flags(s)}}}," for s in interface.variables]
     lines += ["static const Variable variables[] = {", *rows, '    {"", 0.0, 0}};']
     if conditions:
-        texts = [f"    {{{_quoted(_pattern(part, c.text, len(c.shown)))}}}," for c in conditions]
-        lines += ["static const Condition conditions[] = {", *texts, "};"]
+        texts = [f"    {_quoted(_pattern(part, c.text, len(c.shown)))}," for c in conditions]
+        lines += ["static const char *const conditions[] = {", *texts, "};"]
     return ("\n".join(lines) + "\n").encode()
 
 
@@ -177,7 +179,9 @@ def _pattern(part: Component, text: str, shown: int) -> str:
     """Return the text of a condition with FIELD in the place of every number."""
     pieces = list(Formatter().parse(text))
     if sum(field is not None for _, field, _, _ in pieces) != shown:
-        raise BuildError(f"{part.name}: check: {text!r} has not one {{}} for each of the {shown} numbers that it shows.")
+        raise BuildError(
+            f"{part.name}: check: {text!r} has not one {{}} for each of the {shown} numbers that it shows."
+        )
     return "".join(literal + (FIELD if field is not None else "") for literal, field, _, _ in pieces)
 
 

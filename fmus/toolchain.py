@@ -1,8 +1,8 @@
 """One C source -> a shared library for a platform, reproducibly: the same source gives the same bytes.
 
-For this machine: `$CC`, else cc, gcc or clang, else the compiler of the package ziglang. For a platform that is named: ziglang
-(old enough a glibc, so that the library runs on other machines too), else the compiler of this machine if it is its platform.
-A macOS library is universal: one slice for each processor, joined here.
+For this machine: `$CC`, else cc, gcc or clang, else the compiler of the package ziglang. For a platform that is named:
+ziglang (with an old glibc, so that the library runs on other machines too), else this machine's compiler if it is its
+platform. A macOS library is universal: one slice for each processor, joined here.
 """
 
 import importlib.util
@@ -14,11 +14,12 @@ import struct
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 from .errors import BuildError, CompileFailed, NoCompiler
 
-HOST = "host"
+HOST, ALL = "host", "all"
 SUFFIXES = {"linux64": ".so", "win64": ".dll", "darwin64": ".dylib"}
 ZIG_TARGETS = {
     "linux64": ("x86_64-linux-gnu.2.17",),
@@ -34,18 +35,19 @@ def host_platform() -> str:
     name = {"Linux": "linux64", "Windows": "win64", "Darwin": "darwin64"}.get(machine.system())
     if name is None or sys.maxsize < 2**32:
         raise BuildError(
-            f"no FMI 2.0 platform for {machine.system()} on {machine.machine()}. Known: {', '.join(SUFFIXES)}, all of 64 bits."
+            f"no FMI 2.0 platform for {machine.system()} on {machine.machine()}. There are {', '.join(SUFFIXES)}."
         )
     return name
 
 
-def resolve_platforms(platforms: tuple[str, ...]) -> list[str]:
-    """Check the names of platforms ("host" is this machine's) and return them without repetition; raises BuildError."""
-    unknown = [p for p in platforms if p != HOST and p not in SUFFIXES]
-    if unknown:
-        raise BuildError(f"unknown platform {unknown[0]!r}. Platforms: {HOST}, {', '.join(SUFFIXES)}.")
-    named = {p for p in platforms if p != HOST}
-    return [p for p in dict.fromkeys(platforms) if p != HOST or host_platform() not in named]
+def resolve_platforms(platforms: Sequence[str]) -> list[str]:
+    """Return the platforms to build for, each once; "all" is all that there are. Raises BuildError."""
+    named: list[str] = []
+    for name in platforms:
+        if name != ALL and name != HOST and name not in SUFFIXES:
+            raise BuildError(f"unknown platform {name!r}. Platforms: {HOST}, {ALL}, {', '.join(SUFFIXES)}.")
+        named += SUFFIXES if name == ALL else [name]
+    return [p for p in dict.fromkeys(named) if p != HOST or host_platform() not in named]
 
 
 def find_compiler() -> list[str]:
@@ -80,9 +82,11 @@ def compile_library(
 ) -> None:
     """Compile one C source, named relative to its folder, into the shared library `output`.
 
-    platform: "host", "linux64", "win64" or "darwin64". include: folders of further headers. Raises NoCompiler, CompileFailed.
+    platform: "host", "linux64", "win64" or "darwin64". include: folders of further headers. Raises BuildError, of which
+    NoCompiler and CompileFailed are kinds.
     """
-    resolve_platforms((platform,))
+    if platform != HOST and platform not in SUFFIXES:
+        raise BuildError(f"unknown platform {platform!r}. Platforms: {HOST}, {', '.join(SUFFIXES)}.")
     system = host_platform() if platform == HOST else platform
     output.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=output.parent, prefix=".compile-") as place:
@@ -135,7 +139,9 @@ def _cache_folder() -> Path:
 def _run(arguments: list[str], folder: Path) -> None:
     cache = str(_cache_folder())
     environment = {"ZIG_GLOBAL_CACHE_DIR": cache, "ZIG_LOCAL_CACHE_DIR": cache, **os.environ}
-    done = subprocess.run(arguments, cwd=folder, env=environment, capture_output=True, text=True, errors="replace", check=False)
+    done = subprocess.run(
+        arguments, cwd=folder, env=environment, capture_output=True, text=True, errors="replace", check=False
+    )
     if done.returncode != 0:
         raise CompileFailed(arguments, done.stderr or done.stdout)
 

@@ -43,15 +43,11 @@ typedef struct {
 
 enum { SET_BEFORE = 1, SET_BETWEEN = 2, OUTPUT = 4 }; /* settable before the end of initialization, between steps */
 
-typedef struct {
-    const char *text; /* with a FIELD for every number shown */
-} Condition;
-
-enum { FIELD = 1 };
+enum { FIELD = 1 }; /* in the text of a condition: the place of a number */
 
 #include "model.h"
 
-/* ---- data ---------------------------------------------------------------------------------------------------------- */
+/* ---- data ------------------------------------------------------------------------------------------------------- */
 
 enum { P0 = 0, C0 = P0 + NP, U0 = C0 + NC, X0 = U0 + NU, Y0 = X0 + NX, D0 = Y0 + NY, NV = D0 + ND };
 
@@ -75,7 +71,6 @@ typedef struct { /* everything that an FMU state holds: plain data, no pointers 
 typedef struct {
     State s;
     fmi2CallbackFunctions callbacks;
-    int logging;
     char name[256];
 } Instance;
 
@@ -89,21 +84,19 @@ typedef struct {
 static const char MAGIC[8] = {'a', 'd', 'c', 's', 'f', 'm', 'u', '2'};
 enum { SERIALIZED_VERSION = 1 };
 
-/* ---- messages ------------------------------------------------------------------------------------------------------ */
+/* ---- messages --------------------------------------------------------------------------------------------------- */
 
-static fmi2Status report(const Instance *it, fmi2Status status, const char *format, ...)
+/* All that this FMU ever logs are errors, which a host wants to see whatever it has switched on. */
+static fmi2Status fail(const Instance *it, const char *format, ...)
 {
-    static const char *const category[] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal"};
     char text[1024];
     va_list arguments;
-    if (it->callbacks.logger && (it->logging || status >= fmi2Error)) {
-        va_start(arguments, format);
-        vsnprintf(text, sizeof text, format, arguments);
-        va_end(arguments);
-        it->callbacks.logger(it->callbacks.componentEnvironment, it->name, status, category[status <= fmi2Fatal ? status : 0],
-                             "%s", text);
-    }
-    return status;
+    if (!it->callbacks.logger) return fmi2Error;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    it->callbacks.logger(it->callbacks.componentEnvironment, it->name, fmi2Error, "logStatusError", "%s", text);
+    return fmi2Error;
 }
 
 static const char *in_words(int mode)
@@ -121,13 +114,13 @@ static fmi2Status admit(const Instance *it, const char *function, int modes)
 {
     if (!it) return fmi2Error;
     if (it->s.mode & modes) return fmi2OK;
-    return report(it, fmi2Error, "%s: not allowed %s.", function, in_words(it->s.mode));
+    return fail(it, "%s: not allowed %s.", function, in_words(it->s.mode));
 }
 
-#define ENTER(function, modes)                                                                                               \
-    Instance *it = (Instance *)c;                                                                                            \
-    State *s = it ? &it->s : NULL;                                                                                           \
-    if (admit(it, function, modes) != fmi2OK) return fmi2Error;                                                              \
+#define ENTER(function, modes)                                                                                         \
+    Instance *it = (Instance *)c;                                                                                      \
+    State *s = it ? &it->s : NULL;                                                                                     \
+    if (admit(it, function, modes) != fmi2OK) return fmi2Error;                                                        \
     (void)s
 
 static int within(fmi2ValueReference r, int first, int size) { return r - (unsigned)first < (unsigned)size; }
@@ -136,21 +129,21 @@ static const char *name_of(fmi2ValueReference r) { return within(r, 0, NV) ? var
 
 static fmi2Status no_such_variable(const Instance *it, const char *function, fmi2ValueReference r)
 {
-    return report(it, fmi2Error, "%s: there is no Real variable with value reference %u.", function, r);
+    return fail(it, "%s: there is no Real variable with value reference %u.", function, r);
 }
 
-/* ---- equations ----------------------------------------------------------------------------------------------------- */
+/* ---- equations -------------------------------------------------------------------------------------------------- */
 
-/* Call a CasADi function with lists of pointers, IN its arguments and OUT its results. A result may not overlap an argument. */
+/* Call a CasADi function with lists of pointers, IN its arguments and OUT its results, which may not overlap them. */
 #define IN(...) {__VA_ARGS__}
 #define OUT(...) {__VA_ARGS__}
-#define CALL(f, in, out)                                                                                                     \
-    do {                                                                                                                     \
-        const double *arguments_[f##_SZ_ARG] = in;                                                                           \
-        double *results_[f##_SZ_RES] = out;                                                                                  \
-        double work_[f##_SZ_W + 1];                                                                                          \
-        int integers_[f##_SZ_IW + 1];                                                                                        \
-        f(arguments_, results_, integers_, work_, 0);                                                                        \
+#define CALL(f, in, out)                                                                                               \
+    do {                                                                                                               \
+        const double *arguments_[f##_SZ_ARG] = in;                                                                     \
+        double *results_[f##_SZ_RES] = out;                                                                            \
+        double work_[f##_SZ_W + 1];                                                                                    \
+        int integers_[f##_SZ_IW + 1];                                                                                  \
+        f(arguments_, results_, integers_, work_, 0);                                                                  \
     } while (0)
 
 /* Regions of a vector like v. */
@@ -227,8 +220,8 @@ static void rate(State *s)
 #endif
 }
 
-/* Directional derivative of c, x, y and d along a seed of time and of p, u and x; both laid out like v, result zero before.
- * In initialization mode c, the calculated states and the step means follow the seed, afterwards they are frozen. */
+/* Directional derivative of c, x, y and d along a seed of time and of p, u and x; both are laid out like v, the result is
+ * zero before. In initialization mode c, the calculated states and the step means follow the seed, later they do not. */
 static void tangent(const State *s, double st, const double *seed, double *result)
 {
     double *sx = X(result), sm[NM + 1] = {0};
@@ -238,18 +231,20 @@ static void tangent(const State *s, double st, const double *seed, double *resul
         CALL(calculate_forward, IN(P(s->v), P(seed)), OUT(C(result)));
 #endif
 #ifdef initial_forward_SZ_ARG /* first the calculated states, then the step means along them */
-        CALL(initial_forward, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), &st, X(seed), U(seed), P(seed)), OUT(sx, NULL));
+        CALL(initial_forward, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), &st, X(seed), U(seed), P(seed)),
+             OUT(sx, NULL));
         CALL(initial_forward, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), &st, sx, U(seed), P(seed)), OUT(NULL, sm));
 #endif
     }
 #ifdef forward_SZ_ARG
     if (!SAMPLED || s->due)
-        CALL(forward, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), &st, sx, U(seed), P(seed), sm), OUT(D(result), Y(result)));
+        CALL(forward, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), &st, sx, U(seed), P(seed), sm),
+             OUT(D(result), Y(result)));
 #endif
     (void)st, (void)sm;
 }
 
-/* ---- life cycle ---------------------------------------------------------------------------------------------------- */
+/* ---- life cycle ------------------------------------------------------------------------------------------------- */
 
 static void set_all_old(State *s) { s->start_old = s->y_old = s->d_old = 1; }
 
@@ -272,16 +267,15 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
 {
     Instance *it = (Instance *)calloc(1, sizeof *it);
     const char *wrong = NULL;
-    (void)resources, (void)visible;
+    (void)resources, (void)visible, (void)logging;
     if (!it) return NULL;
     if (callbacks) it->callbacks = *callbacks;
-    it->logging = logging != fmi2False;
     snprintf(it->name, sizeof it->name, "%s", name ? name : "");
     if (!it->name[0]) wrong = "the instance name is empty";
     else if (type != fmi2CoSimulation) wrong = "this FMU is for co-simulation only";
-    else if (!guid || strcmp(guid, MODEL_GUID) != 0) wrong = "modelDescription.xml belongs to another binary: its GUID differs";
+    else if (!guid || strcmp(guid, MODEL_GUID) != 0) wrong = "the GUID given is that of another FMU";
     if (wrong) {
-        report(it, fmi2Error, "fmi2Instantiate: %s (%s, GUID %s).", wrong, MODEL_NAME, MODEL_GUID);
+        fail(it, "fmi2Instantiate: %s (%s, GUID %s).", wrong, MODEL_NAME, MODEL_GUID);
         free(it);
         return NULL;
     }
@@ -294,8 +288,7 @@ void fmi2FreeInstance(fmi2Component c) { free(c); }
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[])
 {
     ENTER("fmi2SetDebugLogging", ANY);
-    (void)n, (void)categories;
-    it->logging = on != fmi2False;
+    (void)on, (void)n, (void)categories;
     return fmi2OK;
 }
 
@@ -304,9 +297,9 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, f
 {
     ENTER("fmi2SetupExperiment", INSTANTIATED);
     (void)tolerance_defined, (void)tolerance;
-    if (!isfinite(start)) return report(it, fmi2Error, "fmi2SetupExperiment: start time = %g is not finite.", start);
+    if (!isfinite(start)) return fail(it, "fmi2SetupExperiment: start time = %g is not finite.", start);
     if (stop_defined && !(stop >= start))
-        return report(it, fmi2Error, "fmi2SetupExperiment: stop time %g s is not after start time %g s.", stop, start);
+        return fail(it, "fmi2SetupExperiment: stop time %g s is not after start time %g s.", stop, start);
     s->t = s->t0 = start;
     s->stop_defined = stop_defined != fmi2False;
     s->stop = stop_defined ? stop : 0;
@@ -331,7 +324,7 @@ static int check_conditions(const Instance *it)
     CALL(check, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v)), OUT(margin, shown));
     for (i = 0; i < N_CONDITIONS; i++) {
         char text[768], *to = text, *const end = text + sizeof text - 32;
-        const char *from = conditions[i].text;
+        const char *from = conditions[i];
         for (; *from; from++) {
             if (*from == FIELD) to += to < end ? snprintf(to, 32, "%g", *number) : 0, number++;
             else if (to < end) *to++ = *from;
@@ -339,7 +332,7 @@ static int check_conditions(const Instance *it)
         *to = 0;
         if (margin[i] > 0) continue; /* a NaN violates */
         violated++;
-        report(it, fmi2Error, "%s: %s", MODEL_NAME, text);
+        fail(it, "%s: %s", MODEL_NAME, text);
     }
     return violated;
 }
@@ -352,7 +345,7 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c)
     s->mode = FAILED;
 #if SAMPLED
     if (!(P(s->v)[SAMPLE_TIME] > 0))
-        return report(it, fmi2Error, "%s: sample_time = %g s is not positive.", MODEL_NAME, P(s->v)[SAMPLE_TIME]);
+        return fail(it, "%s: sample_time = %g s is not positive.", MODEL_NAME, P(s->v)[SAMPLE_TIME]);
 #endif
 #ifdef check_SZ_ARG
     if (check_conditions(it)) return fmi2Error;
@@ -375,7 +368,7 @@ fmi2Status fmi2Reset(fmi2Component c)
     return fmi2OK;
 }
 
-/* ---- values -------------------------------------------------------------------------------------------------------- */
+/* ---- values ----------------------------------------------------------------------------------------------------- */
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[])
 {
@@ -400,9 +393,9 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
     for (i = 0; i < n; i++) { /* a refused call changes nothing */
         if (!within(vr[i], 0, NV)) return no_such_variable(it, "fmi2SetReal", vr[i]);
         if (!(variables[vr[i]].flags & when))
-            return report(it, fmi2Error, "fmi2SetReal: variable %s cannot be set now.", name_of(vr[i]));
+            return fail(it, "fmi2SetReal: variable %s cannot be set now.", name_of(vr[i]));
         if (!isfinite(value[i]))
-            return report(it, fmi2Error, "fmi2SetReal: variable %s = %g is not finite.", name_of(vr[i]), value[i]);
+            return fail(it, "fmi2SetReal: variable %s = %g is not finite.", name_of(vr[i]), value[i]);
     }
     for (i = 0; i < n; i++) {
         s->v[vr[i]] = value[i];
@@ -412,12 +405,12 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
     return fmi2OK;
 }
 
-#define REAL_ONLY(function, type)                                                                                            \
-    fmi2Status function(fmi2Component c, const fmi2ValueReference vr[], size_t n, type value[])                              \
-    {                                                                                                                        \
-        ENTER(#function, ANY);                                                                                               \
-        (void)vr, (void)value;                                                                                               \
-        return n ? report(it, fmi2Error, #function ": all variables of %s are Real.", MODEL_NAME) : fmi2OK;                  \
+#define REAL_ONLY(function, type)                                                                                      \
+    fmi2Status function(fmi2Component c, const fmi2ValueReference vr[], size_t n, type value[])                        \
+    {                                                                                                                  \
+        ENTER(#function, ANY);                                                                                         \
+        (void)vr, (void)value;                                                                                         \
+        return n ? fail(it, #function ": all variables of %s are Real.", MODEL_NAME) : fmi2OK;            \
     }
 REAL_ONLY(fmi2GetInteger, fmi2Integer)
 REAL_ONLY(fmi2SetInteger, const fmi2Integer)
@@ -426,7 +419,7 @@ REAL_ONLY(fmi2SetBoolean, const fmi2Boolean)
 REAL_ONLY(fmi2GetString, fmi2String)
 REAL_ONLY(fmi2SetString, const fmi2String)
 
-/* ---- derivatives --------------------------------------------------------------------------------------------------- */
+/* ---- derivatives ------------------------------------------------------------------------------------------------ */
 
 static int is_known(const State *s, fmi2ValueReference r)
 {
@@ -451,29 +444,30 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
     ENTER(function, INITIALIZATION | STEPPING | TERMINATED);
     for (i = 0; i < n_known; i++) {
         if (!is_known(s, known[i]))
-            return report(it, fmi2Error, "%s: %s is not a known %s.", function, name_of(known[i]), in_words(s->mode));
+            return fail(it, "%s: %s is not a known %s.", function, name_of(known[i]), in_words(s->mode));
         seed[known[i]] += dknown[i];
     }
     for (i = 0; i < n_unknown; i++)
         if (!is_unknown(s, unknown[i]))
-            return report(it, fmi2Error, "%s: %s is not an unknown %s.", function, name_of(unknown[i]), in_words(s->mode));
+            return fail(it, "%s: %s is not an unknown %s.", function, name_of(unknown[i]), in_words(s->mode));
     settle(s);
     tangent(s, 0, seed, result);
     for (i = 0; i < n_unknown; i++) dunknown[i] = result[unknown[i]];
     return fmi2OK;
 }
 
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[],
-                                       const fmi2Real value[])
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                       const fmi2Integer order[], const fmi2Real value[])
 {
     static const char function[] = "fmi2SetRealInputDerivatives";
     size_t i;
     ENTER(function, INSTANTIATED | INITIALIZATION | STEPPING);
     for (i = 0; i < n; i++) {
         if (!within(vr[i], U0, NU) || order[i] < 1 || order[i] > 2)
-            return report(it, fmi2Error, "%s: variable %s, order %d: inputs, order 1 or 2 only.", function, name_of(vr[i]), order[i]);
+            return fail(it, "%s: variable %s, order %d: inputs, order 1 or 2 only.", function, name_of(vr[i]),
+                        order[i]);
         if (!isfinite(value[i]))
-            return report(it, fmi2Error, "%s: variable %s, order %d: %g is not finite.", function, name_of(vr[i]), order[i], value[i]);
+            return fail(it, "%s: variable %s = %g is not finite.", function, name_of(vr[i]), value[i]);
     }
     if (!s->inputs_move) {
         memset(s->u1, 0, sizeof s->u1);
@@ -485,8 +479,8 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
 }
 
 /* y' = dy/dt + dy/dx x' + dy/du u', step means held */
-fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[],
-                                        fmi2Real value[])
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                        const fmi2Integer order[], fmi2Real value[])
 {
     static const char function[] = "fmi2GetRealOutputDerivatives";
     double seed[NV + 1] = {0}, result[NV + 1] = {0};
@@ -494,7 +488,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     ENTER(function, STEPPING | TERMINATED);
     for (i = 0; i < n; i++) {
         if (!within(vr[i], 0, NV) || !(variables[vr[i]].flags & OUTPUT) || order[i] != 1 || SAMPLED)
-            return report(it, fmi2Error, "%s: variable %s, order %d: %s.", function, name_of(vr[i]), order[i],
+            return fail(it, "%s: variable %s, order %d: %s.", function, name_of(vr[i]), order[i],
                           SAMPLED ? "sampled outputs have no derivatives" : "outputs, order 1 only");
     }
     rate(s);
@@ -505,7 +499,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     return fmi2OK;
 }
 
-/* ---- step ---------------------------------------------------------------------------------------------------------- */
+/* ---- step ------------------------------------------------------------------------------------------------------- */
 
 #if SAMPLED
 /* Commit a sample that is due at the beginning of the step, take those inside it, see whether one is due at its end. */
@@ -553,16 +547,16 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real step, fmi2Boolean no
     int i;
     ENTER("fmi2DoStep", STEPPING);
     (void)no_set_state_before;
-    if (!(step > 0) || !isfinite(step)) return report(it, fmi2Error, "fmi2DoStep: step %g s is not positive.", step);
+    if (!(step > 0) || !isfinite(step)) return fail(it, "fmi2DoStep: step %g s is not positive.", step);
     if (!(fabs(t - s->t) <= TICK + 4 * DBL_EPSILON * fabs(t)))
-        return report(it, fmi2Error, "fmi2DoStep: asked to start at %.17g s, the FMU is at %.17g s.", t, s->t);
+        return fail(it, "fmi2DoStep: asked to start at %.17g s, the FMU is at %.17g s.", t, s->t);
     if (s->stop_defined && t + step > s->stop + TICK + 4 * DBL_EPSILON * fabs(s->stop))
-        return report(it, fmi2Error, "fmi2DoStep: a step to %.17g s passes the stop time %.17g s.", t + step, s->stop);
+        return fail(it, "fmi2DoStep: a step to %.17g s passes the stop time %.17g s.", t + step, s->stop);
 #if SAMPLED || NX
     {
         const double largest = P(s->v)[SAMPLED ? SAMPLE_TIME : SOLVER_STEP];
         if (!(largest > 0) || step / largest > MOST_STEPS)
-            return report(it, fmi2Error, "fmi2DoStep: %s = %g s does not suit a step of %g s.",
+            return fail(it, "fmi2DoStep: %s = %g s does not suit a step of %g s.",
                           SAMPLED ? "sample_time" : "solver.step", largest, step);
     }
 #endif
@@ -591,7 +585,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real step, fmi2Boolean no
     for (i = 0; i < NX; i++) {
         if (isfinite(X(s->v)[i])) continue;
         s->mode = FAILED; /* s->t stays the last successful time */
-        return report(it, fmi2Error, "fmi2DoStep: state %s is not finite at %.9g s.", variables[X0 + i].name, t + step);
+        return fail(it, "fmi2DoStep: state %s is not finite at %.9g s.", variables[X0 + i].name, t + step);
     }
     s->t = t + step;
     if (SAMPLED) show(s); /* before the inputs of the step's end are set: solver.commit_shown */
@@ -601,10 +595,10 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real step, fmi2Boolean no
 fmi2Status fmi2CancelStep(fmi2Component c)
 {
     ENTER("fmi2CancelStep", ANY);
-    return report(it, fmi2Error, "fmi2CancelStep: fmi2DoStep returns when the step is done, there is nothing to cancel.");
+    return fail(it, "fmi2CancelStep: fmi2DoStep returns when the step is done, there is nothing to cancel.");
 }
 
-/* ---- status -------------------------------------------------------------------------------------------------------- */
+/* ---- status ----------------------------------------------------------------------------------------------------- */
 
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
 {
@@ -622,24 +616,24 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
     return fmi2OK;
 }
 
-#define NO_STATUS(function, type)                                                                                            \
-    fmi2Status function(fmi2Component c, const fmi2StatusKind kind, type *value)                                             \
-    {                                                                                                                        \
-        ENTER(#function, STEPPING | TERMINATED | FAILED);                                                                    \
-        (void)kind, (void)value;                                                                                             \
-        return fmi2Discard;                                                                                                  \
+#define NO_STATUS(function, type)                                                                                      \
+    fmi2Status function(fmi2Component c, const fmi2StatusKind kind, type *value)                                       \
+    {                                                                                                                  \
+        ENTER(#function, STEPPING | TERMINATED | FAILED);                                                              \
+        (void)kind, (void)value;                                                                                       \
+        return fmi2Discard;                                                                                            \
     }
 NO_STATUS(fmi2GetStatus, fmi2Status)
 NO_STATUS(fmi2GetIntegerStatus, fmi2Integer)
 NO_STATUS(fmi2GetStringStatus, fmi2String)
 
-/* ---- FMU state ----------------------------------------------------------------------------------------------------- */
+/* ---- FMU state -------------------------------------------------------------------------------------------------- */
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
     ENTER("fmi2GetFMUstate", ANY);
     if (!*state) *state = malloc(sizeof *s);
-    if (!*state) return report(it, fmi2Error, "fmi2GetFMUstate: out of memory.");
+    if (!*state) return fail(it, "fmi2GetFMUstate: out of memory.");
     memcpy(*state, s, sizeof *s);
     return fmi2OK;
 }
@@ -647,7 +641,7 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
 {
     ENTER("fmi2SetFMUstate", ANY);
-    if (!state) return report(it, fmi2Error, "fmi2SetFMUstate: there is no state.");
+    if (!state) return fail(it, "fmi2SetFMUstate: there is no state.");
     memcpy(s, state, sizeof *s);
     return fmi2OK;
 }
@@ -673,9 +667,10 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte b
 {
     Serialized out;
     ENTER("fmi2SerializeFMUstate", ANY);
-    if (!state) return report(it, fmi2Error, "fmi2SerializeFMUstate: there is no state.");
+    if (!state) return fail(it, "fmi2SerializeFMUstate: there is no state.");
     if (size < sizeof out)
-        return report(it, fmi2Error, "fmi2SerializeFMUstate: %lu bytes, needed are %lu.", (unsigned long)size, (unsigned long)sizeof out);
+        return fail(it, "fmi2SerializeFMUstate: %lu bytes, needed are %lu.", (unsigned long)size,
+                    (unsigned long)sizeof out);
     memset(&out, 0, sizeof out);
     memcpy(out.magic, MAGIC, sizeof out.magic);
     out.version = SERIALIZED_VERSION;
@@ -693,11 +688,12 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
     ENTER(function, ANY);
     if (size >= sizeof in) memcpy(&in, bytes, sizeof in);
     if (size < sizeof in.magic || memcmp(bytes, MAGIC, sizeof in.magic) != 0)
-        return report(it, fmi2Error, "%s: this is no state of an FMU of this kind.", function);
-    if (size != sizeof in || in.version != SERIALIZED_VERSION || in.size != sizeof in || strncmp(in.guid, MODEL_GUID, sizeof in.guid))
-        return report(it, fmi2Error, "%s: the state was saved by another FMU than %s, GUID %s.", function, MODEL_NAME, MODEL_GUID);
+        return fail(it, "%s: this is no state of an FMU of this kind.", function);
+    if (size != sizeof in || in.version != SERIALIZED_VERSION || in.size != sizeof in ||
+        strncmp(in.guid, MODEL_GUID, sizeof in.guid) != 0)
+        return fail(it, "%s: the state was saved by another FMU than %s, GUID %s.", function, MODEL_NAME, MODEL_GUID);
     if (!*state) *state = malloc(sizeof in.s);
-    if (!*state) return report(it, fmi2Error, "%s: out of memory.", function);
+    if (!*state) return fail(it, "%s: out of memory.", function);
     memcpy(*state, &in.s, sizeof in.s);
     return fmi2OK;
 }

@@ -21,7 +21,9 @@ class _Description:
     def __init__(self, root: etree._Element):
         self.variables = root.findall("ModelVariables/ScalarVariable")
         self.names = [v.get("name") for v in self.variables]
-        self.sections = {tag: root.findall(f"ModelStructure/{tag}/Unknown") for tag in ("Outputs", "Derivatives", "InitialUnknowns")}
+        self.sections = {
+            tag: root.findall(f"ModelStructure/{tag}/Unknown") for tag in ("Outputs", "Derivatives", "InitialUnknowns")
+        }
 
     def breaches(self) -> list[str]:
         """All breaches, by section."""
@@ -30,10 +32,14 @@ class _Description:
             indices = [int(u.get("index")) for u in unknowns]
             valid = [i for i in indices if 1 <= i <= len(self.variables)]
             found += [f"{tag}: index {i} does not exist" for i in indices if i not in valid]
-            found += [f"{tag}: {self.names[i - 1]} is listed twice" for i in sorted({i for i in valid if valid.count(i) > 1})]
+            found += [
+                f"{tag}: {self.names[i - 1]} is listed twice" for i in sorted({i for i in valid if valid.count(i) > 1})
+            ]
             if indices != sorted(indices):
                 found.append(f"{tag}: not in the order of the variables")
-            wanted = {"Outputs": self._outputs, "Derivatives": self._derivatives, "InitialUnknowns": self._initial}[tag]()
+            wanted = {"Outputs": self._outputs, "Derivatives": self._derivatives, "InitialUnknowns": self._initial}[
+                tag
+            ]()
             found += [f"{tag}: {self.names[i]} is missing" for i in sorted(wanted - {i - 1 for i in valid})]
             found += [f"{tag}: {self.names[i - 1]} does not belong here" for i in valid if i - 1 not in wanted]
             for unknown in unknowns:

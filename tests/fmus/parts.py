@@ -2,7 +2,16 @@
 
 import casadi as ca
 
-from components.framework import CalculatedParameter, Component, Condition, Input, Output, Parameter, PythonComponent, State
+from components.framework import (
+    CalculatedParameter,
+    Component,
+    Condition,
+    Input,
+    Output,
+    Parameter,
+    PythonComponent,
+    State,
+)
 
 
 class Swing(Component):
@@ -34,7 +43,11 @@ class Swing(Component):
 
     def check(self, t, x, u, p):
         return [
-            Condition(ca.det(p.J), "J is not positive definite (determinant {} kg2.m4, J[1,1] = {}).", (ca.det(p.J), p.J[0, 0])),
+            Condition(
+                ca.det(p.J),
+                "J is not positive definite (determinant {} kg2.m4, J[1,1] = {}).",
+                (ca.det(p.J), p.J[0, 0]),
+            ),
             Condition(p.drive, 'drive = {} 1/s must be positive, "100 %" sure.', (p.drive,)),
         ]
 

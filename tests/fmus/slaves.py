@@ -1,15 +1,45 @@
 """A native FMU in this process, by variable names, with its log messages."""
 
 import ctypes
+from itertools import count
 from pathlib import Path
 
 import fmpy
-from fmpy.fmi2 import FMU2Slave, calloc, fmi2CallbackAllocateMemoryTYPE, fmi2CallbackFreeMemoryTYPE
-from fmpy.fmi2 import fmi2CallbackFunctions, fmi2CallbackLoggerTYPE, free
+from fmpy.fmi2 import (
+    FMU2Slave,
+    calloc,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+    free,
+)
 from fmpy.logging import addLoggerProxy
 from fmpy.model_description import read_model_description
 
 from fmus.interface import Interface
+
+_MESSAGES: dict[str, list[str]] = {}  # by instance: fmpy's proxy, which formats messages, knows one logger only
+_COUNT = count()
+
+
+def _log(environment, name, status, category, message):
+    _MESSAGES.setdefault(name.decode(), []).append(message.decode())
+
+
+_LOGGER = fmi2CallbackLoggerTYPE(_log)
+
+
+def _callbacks() -> fmi2CallbackFunctions:
+    callbacks = fmi2CallbackFunctions()
+    callbacks.logger = _LOGGER
+    callbacks.allocateMemory = _ALLOCATE
+    callbacks.freeMemory = _FREE
+    addLoggerProxy(ctypes.byref(callbacks))
+    return callbacks
+
+
+_ALLOCATE, _FREE = fmi2CallbackAllocateMemoryTYPE(calloc), fmi2CallbackFreeMemoryTYPE(free)
 
 
 class Slave:
@@ -18,25 +48,22 @@ class Slave:
     def __init__(self, folder: Path, name: str = "unit", guid: str | None = None):
         self.description = read_model_description(str(folder))
         self.reference = {v.name: v.valueReference for v in self.description.modelVariables}
-        self.messages: list[str] = []
         self._slave = FMU2Slave(
             guid=guid or self.description.guid,
             modelIdentifier=self.description.coSimulation.modelIdentifier,
             unzipDirectory=str(folder),
             instanceName=name,
         )
-        self._callbacks = fmi2CallbackFunctions()
-        self._callbacks.logger = fmi2CallbackLoggerTYPE(self._log)
-        self._callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
-        self._callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
-        addLoggerProxy(ctypes.byref(self._callbacks))
-        self._slave.instantiate(callbacks=self._callbacks)
+        self._messages_of = f"{name}-{next(_COUNT)}" if name else ""
+        self._slave.instanceName = self._messages_of
+        self._slave.instantiate(callbacks=_callbacks())
 
     def __getattr__(self, name: str):
         return getattr(self._slave, name)
 
-    def _log(self, environment, name, status, category, message):
-        self.messages.append(message.decode())
+    @property
+    def messages(self) -> list[str]:
+        return _MESSAGES.setdefault(self._messages_of, [])
 
     def vr(self, *names: str) -> list[int]:
         return [self.reference[n] for n in names]

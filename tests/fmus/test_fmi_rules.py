@@ -11,7 +11,9 @@ from .parts import Sum, Swing, Wheel, every
 
 
 def description(component, derivatives=True) -> bytes:
-    return write(Interface(component, component.name, derivatives), Capabilities(directional_derivatives=derivatives), "{guid}")
+    return write(
+        Interface(component, component.name, derivatives), Capabilities(directional_derivatives=derivatives), "{guid}"
+    )
 
 
 @pytest.mark.parametrize("derivatives", [True, False], ids=["native", "python"])
@@ -67,7 +69,10 @@ FIRST = "ModelStructure/{}/Unknown"
             changed(SWING, FIRST.format("Outputs"), dependencies=INDEX["stiffness"]),
             "Outputs: omega[1] depends on stiffness, which is no known",
         ),
-        (changed(SWING, FIRST.format("Outputs"), dependencies="0"), "Outputs: omega[1] depends on variable 0, which does not exist"),
+        (
+            changed(SWING, FIRST.format("Outputs"), dependencies="0"),
+            "Outputs: omega[1] depends on variable 0, which does not exist",
+        ),
         (
             changed(SWING, FIRST.format("Outputs"), dependenciesKind="dependent dependent dependent"),
             "Outputs: omega[1] has another number of kinds than of dependencies",
@@ -87,13 +92,22 @@ FIRST = "ModelStructure/{}/Unknown"
         ),
         (without(SWING, FIRST.format("InitialUnknowns")), "InitialUnknowns: J_inverse[1,1] is missing"),
         (without(WHEEL, FIRST.format("InitialUnknowns") + "[2]"), "InitialUnknowns: speed is missing"),
-        (changed(SWING, FIRST.format("InitialUnknowns"), index=INDEX["phase"]), "InitialUnknowns: phase does not belong here"),
+        (
+            changed(SWING, FIRST.format("InitialUnknowns"), index=INDEX["phase"]),
+            "InitialUnknowns: phase does not belong here",
+        ),
         (
             changed(SWING, FIRST.format("InitialUnknowns"), dependencies=INDEX["soft"]),
             "InitialUnknowns: J_inverse[1,1] depends on soft, which is no known",
         ),
-        (changed(SWING, f"ModelVariables/ScalarVariable[{INDEX['phase']}]/Real", start=None), "phase: start value missing"),
-        (changed(SWING, f"ModelVariables/ScalarVariable[{INDEX['energy']}]/Real", start="1"), "energy: start value not allowed"),
+        (
+            changed(SWING, f"ModelVariables/ScalarVariable[{INDEX['phase']}]/Real", start=None),
+            "phase: start value missing",
+        ),
+        (
+            changed(SWING, f"ModelVariables/ScalarVariable[{INDEX['energy']}]/Real", start="1"),
+            "energy: start value not allowed",
+        ),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )

@@ -68,7 +68,7 @@ def refused(call, *arguments, **named) -> None:
     assert caught.value.status == 3
 
 
-# ---- rules of FMI ------------------------------------------------------------------------------------------------------
+# ---- rules of FMI ---------------------------------------------------------------------------------------------------
 
 
 @all_parts
@@ -90,7 +90,7 @@ def test_versions(open_slave):
     assert slave.getTypesPlatform() == "default"
 
 
-# ---- numbers -----------------------------------------------------------------------------------------------------------
+# ---- numbers --------------------------------------------------------------------------------------------------------
 
 
 def test_accuracy_of_a_nonlinear_plant(open_slave):
@@ -136,7 +136,9 @@ def test_twin(open_slave, name, commit_shown):
     parameters, inputs = names_of(part, name, "p"), names_of(part, name, "u")
     settable = [*parameters, *inputs, *(v.name for v in slave.description.modelVariables if v.initial == "exact")]
     settable = [n for n in dict.fromkeys(settable) if not n.startswith(("solver.", "sample_time", "J"))]
-    tunable = [v.name for v in slave.description.modelVariables if v.variability == "tunable" and v.causality == "parameter"]
+    tunable = [
+        v.name for v in slave.description.modelVariables if v.variability == "tunable" and v.causality == "parameter"
+    ]
 
     def put(names):
         chosen = [n for n in names if rng.random() < 0.5]
@@ -215,7 +217,7 @@ def test_tunable_parameter_between_steps(open_slave):
     assert slave.get("applied[2]") == [-0.2 * math.cos(phase) + 1.5 * omega]
 
 
-# ---- derivatives -------------------------------------------------------------------------------------------------------
+# ---- derivatives ----------------------------------------------------------------------------------------------------
 
 
 def unknowns(slave: Slave, section: str) -> dict[int, set[int]]:
@@ -248,7 +250,7 @@ def test_directional_derivatives_in_initialization_mode(open_slave, name):
     weights = np.linspace(-1, 2, len(known))
     together = slave.getDirectionalDerivative(rows, known, weights)
     single = [slave.getDirectionalDerivative(rows, [r], [1.0]) for r in known]
-    assert_allclose(together, weights @ np.array(single).reshape(len(known), -1), rtol=1e-12, atol=1e-12)
+    assert_allclose(together, weights @ np.array(single).reshape(len(known), len(rows)), rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["Swing", "Wheel", "Sum", "Gain", "Modes_2"])
@@ -281,7 +283,9 @@ def test_directional_derivatives_between_steps(open_slave, name):
             around.append(np.concatenate([f.outputs(0.1, shown, u, p, c, m).full().ravel(), rates]))
         exact = slave.getDirectionalDerivative(slave.vr(*y_names, *d_names), slave.vr(state), [1.0])
         assert_allclose(exact, (around[0] - around[1]) / 2e-6, rtol=2e-8, atol=2e-8, err_msg=state)
-    outputs = [n for n in names_of(part, name, "x") if slave.description.modelVariables[slave.vr(n)[0]].causality == "output"]
+    outputs = [
+        n for n in names_of(part, name, "x") if slave.description.modelVariables[slave.vr(n)[0]].causality == "output"
+    ]
     for n in outputs:
         assert slave.getDirectionalDerivative(slave.vr(n), slave.vr(n), [2.5]) == [2.5]
 
@@ -345,7 +349,7 @@ def test_input_derivatives_before_initialization(open_slave):
     assert slave.get("u", "y") == [0.5 + 2.0 + 2.0, 3 * 4.5 * 2]
 
 
-# ---- state -------------------------------------------------------------------------------------------------------------
+# ---- state ----------------------------------------------------------------------------------------------------------
 
 
 def disturb(slave: Slave, inputs: list[str], k: int) -> None:
@@ -446,7 +450,7 @@ def test_instances_do_not_disturb_each_other(open_slave, name):
     assert together == alone
 
 
-# ---- samples -----------------------------------------------------------------------------------------------------------
+# ---- samples --------------------------------------------------------------------------------------------------------
 
 
 class Rule:
@@ -517,7 +521,7 @@ def test_sample_zero_is_due_at_any_start_time(open_slave):
     assert_allclose(slave.get("y"), [100.3], rtol=1e-15)
 
 
-# ---- messages ----------------------------------------------------------------------------------------------------------
+# ---- messages -------------------------------------------------------------------------------------------------------
 
 
 def test_setting_is_refused_by_name(open_slave):
@@ -558,10 +562,10 @@ def test_other_types_do_not_exist(open_slave):
 
 def test_conditions(open_slave):
     slave = open_slave("Swing").begin()
-    slave.set({"J[1,2]": 3.0, "drive": -2.0})
+    slave.set({"J[1,2]": 30.0, "drive": -2.0})
     refused(slave.exitInitializationMode)
     assert slave.messages == [
-        "Swing: J is not positive definite (determinant 2.1 kg2.m4, J[1,1] = 2).",
+        "Swing: J is not positive definite (determinant -6 kg2.m4, J[1,1] = 2).",
         'Swing: drive = -2 1/s must be positive, "100 %" sure.',
     ]
     refused(slave.doStep, 0.0, 0.1)
@@ -674,7 +678,13 @@ def test_call_order(open_slave):
     says("fmi2ExitInitializationMode: not allowed after initialization.", slave.exitInitializationMode)
     says("fmi2CancelStep: fmi2DoStep returns when the step is done, there is nothing to cancel.", slave.cancelStep)
     assert slave.getBooleanStatus(3) is False  # fmi2Terminated
-    for call in (slave.getStatus, slave.getIntegerStatus, slave.getStringStatus, slave.getRealStatus, slave.getBooleanStatus):
+    for call in (
+        slave.getStatus,
+        slave.getIntegerStatus,
+        slave.getStringStatus,
+        slave.getRealStatus,
+        slave.getBooleanStatus,
+    ):
         with pytest.raises(FMICallException) as caught:
             call(0)
         assert caught.value.status == 2
@@ -693,21 +703,61 @@ def test_derivatives_are_refused_by_name(open_slave):
 
     function = "fmi2GetDirectionalDerivative"
     slave.begin()
-    says(f"{function}: energy is not a known in initialization mode.", slave.getDirectionalDerivative, [], slave.vr("energy"), [1.0])
-    says(f"{function}: phase is not an unknown in initialization mode.", slave.getDirectionalDerivative, slave.vr("phase"), [], [])
+    says(
+        f"{function}: energy is not a known in initialization mode.",
+        slave.getDirectionalDerivative,
+        [],
+        slave.vr("energy"),
+        [1.0],
+    )
+    says(
+        f"{function}: phase is not an unknown in initialization mode.",
+        slave.getDirectionalDerivative,
+        slave.vr("phase"),
+        [],
+        [],
+    )
     slave.exitInitializationMode()
-    says(f"{function}: drive is not a known after initialization.", slave.getDirectionalDerivative, [], slave.vr("drive"), [1.0])
-    says(f"{function}: soft is not an unknown after initialization.", slave.getDirectionalDerivative, slave.vr("soft"), [], [])
+    says(
+        f"{function}: drive is not a known after initialization.",
+        slave.getDirectionalDerivative,
+        [],
+        slave.vr("drive"),
+        [1.0],
+    )
+    says(
+        f"{function}: soft is not an unknown after initialization.",
+        slave.getDirectionalDerivative,
+        slave.vr("soft"),
+        [],
+        [],
+    )
     says(f"{function}: (none) is not a known after initialization.", slave.getDirectionalDerivative, [], [999], [1.0])
     function = "fmi2SetRealInputDerivatives"
     text = "inputs, order 1 or 2 only."
     says(f"{function}: variable phase, order 1: {text}", slave.setRealInputDerivatives, slave.vr("phase"), [1], [0.0])
-    says(f"{function}: variable torque[2], order 3: {text}", slave.setRealInputDerivatives, slave.vr("torque[2]"), [3], [0.0])
-    text = f"{function}: variable torque[2], order 1: nan is not finite."
+    says(
+        f"{function}: variable torque[2], order 3: {text}",
+        slave.setRealInputDerivatives,
+        slave.vr("torque[2]"),
+        [3],
+        [0.0],
+    )
+    text = f"{function}: variable torque[2] = nan is not finite."
     says(text, slave.setRealInputDerivatives, slave.vr("torque[2]"), [1], [math.nan])
     function = "fmi2GetRealOutputDerivatives"
-    says(f"{function}: variable phase, order 1: outputs, order 1 only.", slave.getRealOutputDerivatives, slave.vr("phase"), [1])
-    says(f"{function}: variable energy, order 2: outputs, order 1 only.", slave.getRealOutputDerivatives, slave.vr("energy"), [2])
+    says(
+        f"{function}: variable phase, order 1: outputs, order 1 only.",
+        slave.getRealOutputDerivatives,
+        slave.vr("phase"),
+        [1],
+    )
+    says(
+        f"{function}: variable energy, order 2: outputs, order 1 only.",
+        slave.getRealOutputDerivatives,
+        slave.vr("energy"),
+        [2],
+    )
     slave = open_slave("Sum").start()
     text = f"{function}: variable shown, order 1: sampled outputs have no derivatives."
     says(text, slave.getRealOutputDerivatives, slave.vr("shown"), [1])
@@ -720,7 +770,9 @@ def test_foreign_states_are_refused(open_slave):
         refused(swing.deSerializeFMUstate, bad)
         assert swing.messages.pop().startswith("fmi2DeSerializeFMUstate: ")
     refused(wheel.deSerializeFMUstate, data)
-    assert wheel.messages.pop().startswith("fmi2DeSerializeFMUstate: the state was saved by another FMU than Wheel, GUID {")
+    assert wheel.messages.pop().startswith(
+        "fmi2DeSerializeFMUstate: the state was saved by another FMU than Wheel, GUID {"
+    )
     refused(swing.fmi2SerializeFMUstate, swing.component, swing.getFMUstate(), ctypes.create_string_buffer(3), 3)
     assert swing.messages.pop().startswith("fmi2SerializeFMUstate: 3 bytes, needed are ")
     for call, name in ((swing.setFMUstate, "Set"), (swing.serializeFMUstate, "Serialize")):
@@ -736,7 +788,7 @@ def test_instantiation_is_refused(fmus):
         Slave(folder, name="")
 
 
-# ---- what is built -----------------------------------------------------------------------------------------------------
+# ---- what is built --------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", ["Swing", "Sum"])
@@ -776,7 +828,18 @@ def test_content_of_an_fmu(fmus):
 @all_parts
 def test_sources_compile_without_a_warning(fmus, tmp_path, name):
     folder = fmus(name).with_suffix("") / "sources"
-    command = [*find_compiler(), *FLAGS, "-Wall", "-Wextra", "-Wpedantic", "-Werror", "fmi2.c", "-o", str(tmp_path / "out"), "-lm"]
+    command = [
+        *find_compiler(),
+        *FLAGS,
+        "-Wall",
+        "-Wextra",
+        "-Wpedantic",
+        "-Werror",
+        "fmi2.c",
+        "-o",
+        str(tmp_path / "out"),
+        "-lm",
+    ]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
 
@@ -833,7 +896,7 @@ def test_refusals(tmp_path):
         build_native(Plain(), tmp_path / "Plain.fmu")
     with pytest.raises(BuildError, match=r"'my-unit' is none"):
         build_native(Gain(), tmp_path / "my-unit.fmu")
-    with pytest.raises(BuildError, match=r"unknown platform 'beos'. Platforms: host, linux64, win64, darwin64"):
+    with pytest.raises(BuildError, match=r"unknown platform 'beos'. Platforms: host, all, linux64, win64, darwin64"):
         build_native(Gain(), tmp_path / "Gain.fmu", platforms=("beos",))
     assert list(tmp_path.iterdir()) == []
 
@@ -855,7 +918,7 @@ class Momentless(Component):
 
 
 def test_components_that_contradict_themselves(tmp_path):
-    with pytest.raises(BuildError, match="has not one {} for each of the 1 numbers"):
+    with pytest.raises(BuildError, match=r"has not one \{\} for each of the 1 numbers"):
         build_native(Numbers(), tmp_path / "Numbers.fmu")
     with pytest.raises(BuildError, match="there are no continuous states"):
         build_native(Momentless(), tmp_path / "Momentless.fmu")
@@ -877,7 +940,9 @@ def test_zero_size_arrays_are_nowhere(fmus):
 
 def test_parts_cover_what_can_be_declared():
     """A reminder for whoever adds a kind of variable: Sum, Wheel and Swing are what is tested above."""
-    assert {type(v) for c in (Swing(), Wheel(), Sum(), Integrator(), Modes(modes=1)) for v in c._variables.values()} == {
+    assert {
+        type(v) for c in (Swing(), Wheel(), Sum(), Integrator(), Modes(modes=1)) for v in c._variables.values()
+    } == {
         Parameter,
         Output,
         State,
