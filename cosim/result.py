@@ -44,7 +44,7 @@ class Result:
             except ValueError as error:
                 raise ResultUnreadable(folder / INFO, f"it is no JSON: {error}") from error
         table = formats.read(folder)
-        recorded = info.get("units", {})
+        recorded = {"time": "s"} | info.get("units", {})
         known = formats.units(table)
         fields = [f.with_metadata(_metadata(known[f.name] or recorded.get(f.name))) for f in table.schema]
         return cls(table.cast(pa.schema(fields)), info, folder)

@@ -105,16 +105,16 @@ class Fake:
 
     def set_real(self, references, values):
         assert len(references) == len(values)
-        new = {self._names[r]: float(x) for r, x in zip(references, values)}
+        new = {self._names[r]: float(x) for r, x in zip(references, values, strict=True)}
         self.calls.append(("set", new))
         self.values |= new
 
     def set_input_derivatives(self, references, orders, values):
         assert set(orders) == {1}
-        self.slopes = {self._names[r]: float(x) for r, x in zip(references, values)}
+        self.slopes = {self._names[r]: float(x) for r, x in zip(references, values, strict=True)}
 
     def get_output_derivatives(self, references, orders):
-        return np.array([self.slope(self._names[r], n) for r, n in zip(references, orders)])
+        return np.array([self.slope(self._names[r], n) for r, n in zip(references, orders, strict=True)])
 
     def do_step(self, t, h):
         self.calls.append(("step", t, h))
@@ -192,7 +192,9 @@ class Gain(Fake):
         feedthrough = {"y": ("u",) if said else None}
         super().__init__(
             name,
-            interface(inputs=["u"], outputs=["y"], parameters={"k": k, "b": b}, feedthrough=feedthrough, **capabilities),
+            interface(
+                inputs=["u"], outputs=["y"], parameters={"k": k, "b": b}, feedthrough=feedthrough, **capabilities
+            ),
         )
 
     def evaluate(self, v):
@@ -245,7 +247,15 @@ class Vehicle(Fake):
             interface(
                 inputs=[*vector, "angle"],
                 outputs=["q_BN[1]", "q_BN[2]", "q_BN[3]", "power", "eta"],
-                parameters={**matrix, "rho": 0.1, "count": 3, "on": True, "label": "a", "Omega[1]": 1.0, "Omega[2]": 2.0},
+                parameters={
+                    **matrix,
+                    "rho": 0.1,
+                    "count": 3,
+                    "on": True,
+                    "label": "a",
+                    "Omega[1]": 1.0,
+                    "Omega[2]": 2.0,
+                },
                 states={"omega[1]": 0.5, "omega[2]": 0.25},
                 units=units,
                 **capabilities,

@@ -56,7 +56,9 @@ class TestTimings:
     def test_extrapolation_integrates_a_line_exactly(self):
         clock = Clock("clock", max_output_derivative_order=1)
         result = run(
-            [clock, Integrator("i", can_interpolate_inputs=True)], [("clock.y", "i.u")], master=Explicit(extrapolation=1)
+            [clock, Integrator("i", can_interpolate_inputs=True)],
+            [("clock.y", "i.u")],
+            master=Explicit(extrapolation=1),
         )
         assert_allclose(result["i.y"], result.time**2 / 2, rtol=1e-14)
 
@@ -72,9 +74,7 @@ class TestTimings:
 
     def test_step_mean_is_not_extrapolated(self):
         mean = Mean("m")
-        mean.interface = interface(
-            outputs=["y", "x"], step_means=frozenset({"y"}), max_output_derivative_order=1
-        )
+        mean.interface = interface(outputs=["y", "x"], step_means=frozenset({"y"}), max_output_derivative_order=1)
         result = run(
             [Integrator("i", can_interpolate_inputs=True), mean], [("m.y", "i.u")], master=Explicit(extrapolation=2)
         )
@@ -123,9 +123,7 @@ class Spring(Fake):
 
     def __init__(self, name, c):
         both = ("x_1", "x_2")
-        super().__init__(
-            name, interface(inputs=both, outputs=["f_1", "f_2"], feedthrough={"f_1": both, "f_2": both})
-        )
+        super().__init__(name, interface(inputs=both, outputs=["f_1", "f_2"], feedthrough={"f_1": both, "f_2": both}))
         self.c = c
 
     def evaluate(self, v):
@@ -167,9 +165,7 @@ class TestRows:
         assert clock.stepped() == [(0.0, 0.1), (0.1, 0.1), (0.2, 0.05)]
 
     def test_ramp_over_a_shortened_step(self):
-        result = run(
-            [Integrator("i", can_interpolate_inputs=True), Clock("c")], [("c.y", "i.u", "ramp")], stop=0.25
-        )
+        result = run([Integrator("i", can_interpolate_inputs=True), Clock("c")], [("c.y", "i.u", "ramp")], stop=0.25)
         assert_allclose(result["i.y"][-1], 0.25**2 / 2, rtol=1e-14)
 
     def test_every_keeps_first_and_last(self):
@@ -221,15 +217,11 @@ class TestRefresh:
         assert_array_equal(result["g.y"], 2.0 * result.time)
 
     def test_chain_is_refreshed_in_order(self):
-        result = run(
-            [Gain("b", k=3.0), Gain("a", k=2.0), Clock("c")], [("c.y", "a.u"), ("a.y", "b.u")]
-        )
+        result = run([Gain("b", k=3.0), Gain("a", k=2.0), Clock("c")], [("c.y", "a.u"), ("a.y", "b.u")])
         assert_array_equal(result["b.y"], 6.0 * result["c.y"])
 
     def test_after_step_target_of_a_refreshed_source_is_refreshed(self):
-        result = run(
-            [Gain("a", k=2.0), Gain("b", k=3.0), Clock("c")], [("c.y", "a.u"), ("a.y", "b.u", "after_step")]
-        )
+        result = run([Gain("a", k=2.0), Gain("b", k=3.0), Clock("c")], [("c.y", "a.u"), ("a.y", "b.u", "after_step")])
         assert_array_equal(result["b.y"], 6.0 * result["c.y"])
 
     def test_after_step_needs_none(self):

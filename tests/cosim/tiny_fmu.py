@@ -3,6 +3,7 @@
     x' = k u, y = x; y_direct = u + x. A step with u > 100 is an error, one with u = 50 is discarded after half of it,
     k < 0 refuses initialization. Integer, Boolean and String variables besides, no units, no dependencies.
 """
+# ruff: noqa: E501 (XML and C)
 
 import shutil
 import subprocess
@@ -15,7 +16,7 @@ import fmpy
 XML = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="Tiny" guid="{tiny}" generationTool="by hand">
   <CoSimulation modelIdentifier="Tiny" canHandleVariableCommunicationStepSize="true" canInterpolateInputs="true"
-    canGetAndSetFMUstate="true" canSerializeFMUstate="true"/>
+    canGetAndSetFMUstate="true" canSerializeFMUstate="true" canBeInstantiatedOnlyOncePerProcess="false"/>
   <VendorAnnotations>
     <Tool name="other"><Thing/></Tool>
     <Tool name="adcs-cosim"><Slave refresh="true"><StepMean variable="mean"/></Slave></Tool>

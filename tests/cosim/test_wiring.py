@@ -1,0 +1,316 @@
+"""A system's mistakes: each has its message, and all are told together."""
+
+import math
+
+import pytest
+
+from cosim.errors import UnknownName, WiringErrors
+from cosim.links import Port
+from cosim.masters.planning import build
+from cosim.system import Connection, System, Value
+from cosim.time import Schedule
+from cosim.wiring import wire
+
+from .fakes import Clock, Gain, Integrator, Mean, Vehicle, interface
+
+CONVERT = "parameter {}: it has {}, the value has unit {}, which cannot be converted. Units: {}"
+HELD = {"plant.tau_B": [0.0, 0.0, 0.0], "plant.angle": 0.0}
+
+
+def wired(connections=(), slaves=None, **system):
+    slaves = slaves or [Vehicle()]
+    system = {"held": HELD} | system
+    made = System(
+        name="test",
+        components=dict.fromkeys((s.name for s in slaves), ""),
+        connections=[Connection(*c) for c in connections],
+        **system,
+    )
+    return wire(made, {s.name: s.interface for s in slaves})
+
+
+def mistakes(connections=(), slaves=None, **system) -> list[str]:
+    with pytest.raises(WiringErrors) as caught:
+        wired(connections, slaves, **system)
+    return [str(m) for m in caught.value.mistakes]
+
+
+def only(*arguments, **keywords) -> str:
+    (mistake,) = mistakes(*arguments, **keywords)
+    return mistake
+
+
+class TestConnections:
+    def test_vector_expands_element_by_element(self):
+        links = wired([("a.q_BN", "b.tau_B")], [Vehicle("a"), unitless("b")], held=zero("a", "b.angle")).links
+        assert [str(k) for k in links] == [f"a.q_BN[{i}] -> b.tau_B[{i}] (at_point)" for i in (1, 2, 3)]
+
+    def test_element(self):
+        (link,) = wired([("a.q_BN[2]", "b.angle")], [Vehicle("a"), Vehicle("b")], held=zero("a", "b.tau_B")).links
+        assert link.source == Port("a", "q_BN[2]")
+
+    def test_unknown_component(self):
+        assert only([("plnt.q_BN", "plant.angle")], held={"plant.tau_B": [0, 0, 0]}) == (
+            'unknown component "plnt" in connection plnt.q_BN -> plant.angle. Did you mean "plant"? There: plant.'
+        )
+
+    def test_unknown_variable_names_near_and_all_outputs(self):
+        assert only([("plant.q_BM", "plant.angle")], held={"plant.tau_B": [0, 0, 0]}) == (
+            'unknown output "q_BM" in component "plant". Did you mean "q_BN"? There: q_BN, power, eta, omega.'
+        )
+
+    def test_sizes_differ(self):
+        slaves = [Vehicle("a"), Vehicle("b")]
+        assert only([("a.power", "b.tau_B")], slaves, held=zero("a", "b.angle")) == (
+            "a.power has 1 element (unit none), b.tau_B has 3 elements (unit N.m): cannot connect them."
+        )
+
+    def test_dimensions_differ(self):
+        slaves = [Vehicle("a"), Vehicle("b")]
+        assert only([("a.q_BN", "b.tau_B")], slaves, held=zero("a", "b.angle")) == (
+            "a.q_BN has unit rad, b.tau_B has unit N.m: they cannot be converted."
+        )
+
+    def test_unit_without_base_unit_passes_only_by_name(self):
+        odd = Gain("g")
+        odd.interface = interface(inputs=["u"], outputs=["y"], units={"u": "kg(1/2).m", "y": "m"})
+        assert wired([("plant.eta", "g.u")], [Vehicle(), odd]).links[0].conversion.factor == 1.0
+        odd.interface = interface(inputs=["u"], outputs=["y"], units={"u": "m"})
+        assert "unit kg(1/2).m, g.u has unit m" in only([("plant.eta", "g.u")], [Vehicle(), odd])
+
+    def test_convertible_unit(self):
+        milli = Gain("g")
+        milli.interface = interface(inputs=["u"], outputs=["y"], units={"y": "mN.m", "u": "m"})
+        (link,) = wired(
+            [("g.y", "plant.tau_B[1]")],
+            [Vehicle(), milli],
+            held={"plant.tau_B[2]": 0, "plant.tau_B[3]": 0, "plant.angle": 0, "g.u": 0},
+        ).links
+        assert link.conversion.factor == 1e-3
+
+    def test_source_must_be_an_output(self):
+        slaves = [Vehicle("a"), Vehicle("b")]
+        assert only([("a.rho", "b.angle")], slaves, held=zero("a", "b.tau_B")) == (
+            "a.rho cannot be the source of a connection: its causality is parameter. "
+            "Outputs of a: q_BN, power, eta, omega."
+        )
+
+    def test_target_must_be_an_input(self):
+        slaves = [Vehicle("a"), Vehicle("b")]
+        text = only([("a.power", "b.eta")], slaves, held=zero("a", "b"))
+        assert text == (
+            "b.eta cannot be the target of a connection: its causality is output. Inputs of b: tau_B, angle."
+        )
+
+    def test_only_real_variables(self):
+        flag = Integrator("i")
+        flag.interface = interface(inputs=["u"], outputs=["y"])
+        variable = flag.interface.variables["u"]
+        flag.interface.variables["u"] = type(variable)("u", 0, "Boolean", "input", initial="exact", start=True)
+        assert only([("plant.power", "i.u")], [Vehicle(), flag]) == (
+            "i.u is Boolean: only Real variables can be connected. "
+            'An input of type Boolean can be held: held={"i.u": ...}.'
+        )
+        assert wired((), [Vehicle(), flag], held=HELD | {"i.u": False}).held[Port("i", "u")] is False
+
+    def test_unconnected_input_suggests_held(self):
+        assert mistakes(held={}) == [
+            'input plant.tau_B is not connected. Connect it, or hold it: held={"plant.tau_B": [0.0, 0.0, 0.0]}.',
+            'input plant.angle is not connected. Connect it, or hold it: held={"plant.angle": 0.0}.',
+        ]
+
+    def test_one_missing_element(self):
+        held = {"plant.tau_B[1]": 0, "plant.tau_B[3]": 0, "plant.angle": 0}
+        assert only(held=held).startswith("input plant.tau_B[2] is not connected.")
+
+    def test_connected_twice_names_sum(self):
+        slaves = [Vehicle("a"), Vehicle("b")]
+        text = only([("a.power", "b.angle"), ("a.q_BN[1]", "b.angle")], slaves, held=zero("a", "b.tau_B"))
+        assert text == (
+            "input b.angle has 2 sources: a.power, a.q_BN[1]. "
+            "An input takes one connection; add several signals with the component Sum."
+        )
+
+    def test_connected_and_held(self):
+        assert "plant.angle has 2 sources: plant.power, held" in only([("plant.power", "plant.angle")])
+
+
+class TestTimings:
+    def test_step_mean_defaults_to_after_step(self):
+        (link,) = wired([("m.y", "i.u")], [Integrator("i"), Mean("m")], held={}).links
+        assert (link.timing, link.step_mean) == ("after_step", True)
+
+    def test_step_mean_refuses_others(self):
+        assert only([("m.y", "i.u", "at_point")], [Integrator("i"), Mean("m")], held={}) == (
+            "m.y -> i.u has timing at_point, but its source is the mean over a step. "
+            'A step mean is held over the step it was taken from: timing="after_step".'
+        )
+
+    def test_ramp_needs_interpolation(self):
+        assert only([("c.y", "i.u", "ramp")], [Integrator("i"), Clock("c")], held={}) == (
+            'c.y -> i.u has timing ramp, but i cannot interpolate its inputs. Choose timing="midpoint".'
+        )
+
+    def test_unknown_timing(self):
+        assert only([("c.y", "i.u", "later")], [Integrator("i"), Clock("c")], held={}) == (
+            'c.y -> i.u has timing "later". Choose at_point, after_step, midpoint, ramp.'
+        )
+
+    def rates(self, connections, slaves, **steps):
+        wiring = wired(connections, slaves, held={}, steps=steps)
+        with pytest.raises(WiringErrors) as caught:
+            build(wiring, Schedule.of(0.0, 1.0, 0.1, 1), ["*"])
+        (mistake,) = caught.value.mistakes
+        return str(mistake)
+
+    def test_step_mean_faster_than_its_target(self):
+        assert self.rates([("m.y", "i.u")], [Integrator("i"), Mean("m")], i=2) == (
+            "m.y -> i.u (after_step): the source is the mean over its last step, but m takes a step in every "
+            "communication step, i in 2 communication steps. Let m step at the rate of i, or slower."
+        )
+
+    def test_rates_that_do_not_divide(self):
+        text = self.rates([("c.y", "i.u", "after_step")], [Integrator("i"), Clock("c")], i=2, c=3)
+        assert "One must be a multiple of the other" in text
+
+    def test_slow_mean_that_comes_too_late(self):
+        class Actuator(Mean):
+            def __init__(self, name):
+                super().__init__(name)
+                self.interface = interface(inputs=["u"], outputs=["y", "x"], step_means=frozenset({"y"}))
+
+        text = self.rates(
+            [("c.y", "m.u", "after_step"), ("m.y", "i.u")], [Integrator("i"), Actuator("m"), Clock("c")], m=2
+        )
+        assert "m waits for faster components, so that its values come too late" in text
+
+    def test_steps(self):
+        assert "steps of plant is 0. It must be a whole number, 1 or more." in only(steps={"plant": 0})
+        assert 'unknown component "plent" in steps' in only(steps={"plent": 2})
+
+
+class TestParameters:
+    def set(self, **parameters):
+        return {str(p): v for p, v in wired(parameters=parameters.pop("given", parameters)).settings.items()}
+
+    def test_matrix_element_vector_scalar_and_other_types(self):
+        given = {
+            "plant.J": [[1, 2], [3, 4]],
+            "plant.J[1,2]": 9,
+            "plant.Omega": 5.0,
+            "plant.omega[2]": 7,
+            "plant.count": 4,
+            "plant.on": False,
+            "plant.label": "b",
+        }
+        assert self.set(given=given) == {
+            "plant.J[1,1]": 1.0,
+            "plant.J[1,2]": 9.0,
+            "plant.J[2,1]": 3.0,
+            "plant.J[2,2]": 4.0,
+            "plant.Omega[1]": 5.0,
+            "plant.Omega[2]": 5.0,
+            "plant.omega[2]": 7.0,
+            "plant.count": 4,
+            "plant.on": False,
+            "plant.label": "b",
+        }
+
+    def test_precedence_vehicle_everywhere_array_element(self):
+        settings = wired(
+            slaves=[Vehicle("a"), Vehicle("b")],
+            held=zero("a", "b"),
+            vehicle={"J": [[1, 0], [0, 1]], "rho": 1.0},
+            parameters={"b.J[1,1]": 4, "b.J": [[3, 0], [0, 3]], "*.rho": 2.0},
+        ).settings
+        assert settings[Port("a", "J[1,1]")] == 1.0
+        assert (settings[Port("b", "J[1,1]")], settings[Port("b", "J[2,2]")]) == (4.0, 3.0)
+        assert settings[Port("a", "rho")] == settings[Port("b", "rho")] == 2.0
+
+    def test_vehicle_sets_parameters_only(self):
+        assert 'unknown parameter "omega" in vehicle of any component' in only(vehicle={"omega": [1, 2]})
+
+    @pytest.mark.parametrize("value", [Value(5.0, "deg"), Value("5 deg"), Value("5.0 deg")])
+    def test_display_unit(self, value):
+        assert math.isclose(self.set(given={"plant.rho": value})["plant.rho"], math.radians(5), rel_tol=1e-15)
+
+    def test_held_with_unit(self):
+        held = wired(held={"plant.tau_B": Value("[1000, 0, 0] mN.m"), "plant.angle": Value(90, "deg")}).held
+        assert held[Port("plant", "tau_B[1]")] == 1.0
+        assert math.isclose(held[Port("plant", "angle")], math.pi / 2)
+
+    @pytest.mark.parametrize(
+        ("name", "value", "text"),
+        [
+            ("plant.rho", "x", "parameter plant.rho: it is Real, the value 'x' is str"),
+            ("plant.rho", True, "parameter plant.rho: it is Real, the value True is bool"),
+            ("plant.rho", None, "parameter plant.rho: it is Real, the value None is NoneType"),
+            ("plant.rho", math.nan, "parameter plant.rho: the value nan is not finite"),
+            ("plant.rho", Value("inf"), "parameter plant.rho: the value inf is not finite"),
+            ("plant.count", 1.5, "parameter plant.count: it is Integer, the value 1.5 is float"),
+            ("plant.on", 1, "parameter plant.on: it is Boolean, the value 1 is int"),
+            ("plant.label", 1, "parameter plant.label: it is String, the value 1 is int"),
+            ("plant.J", 1.0, "parameter plant.J: it is a matrix of 2 x 2, the value is a scalar"),
+            ("plant.J", [1, 2], "parameter plant.J: it is a matrix of 2 x 2, the value is a vector of 2"),
+            ("plant.J", [[1, 2], [3]], "parameter plant.J: it is a matrix of 2 x 2, the value is a ragged list"),
+            ("plant.rho", [1.0], "parameter plant.rho: it is a scalar, the value is a vector of 1"),
+            ("plant.power", 1.0, "parameter plant.power: it is an output: it cannot be set"),
+            ("plant.angle", 1.0, 'parameter plant.angle: it is an input: hold it: held={"plant.angle": ...}'),
+            ("plant.rho", Value(1, "N.m"), CONVERT.format("plant.rho", "unit rad", "N.m", "deg, rad")),
+            ("plant.rho", Value(1, "foo"), CONVERT.format("plant.rho", "unit rad", "foo", "deg, rad")),
+            ("plant.J", Value(1, "N.m"), "parameter plant.J: it is a matrix of 2 x 2, the value is a scalar"),
+            ("plant.count", Value(1, "N.m"), CONVERT.format("plant.count", "no unit", "N.m", "none")),
+        ],
+    )  # fmt: skip
+    def test_refused(self, name, value, text):
+        assert only(parameters={name: value}) == text
+
+    def test_unknown(self):
+        assert only(parameters={"plant.rh": 1.0}).startswith(
+            'unknown parameter "rh" in component "plant". Did you mean "rho"? There: J, rho, count'
+        )
+        assert 'unknown component "plat" in parameter "plat.J"' in only(parameters={"plat.J": 1})
+        assert 'unknown parameter "Jay" in parameters of any component' in only(parameters={"*.Jay": 1})
+        assert 'unknown component "pl" in held "pl.angle"' in only(held=HELD | {"pl.angle": 1})
+        assert 'unknown input "angl" in component "plant"' in only(held=HELD | {"plant.angl": 1})
+        assert "it is held, but it is no input. Inputs: tau_B, angle" in only(held=HELD | {"plant.power": 1})
+
+
+def test_all_mistakes_at_once():
+    with pytest.raises(WiringErrors) as caught:
+        wired(
+            [("a.q_BN", "b.tau_B"), ("a.nothing", "b.angle")],
+            [Vehicle("a"), Vehicle("b")],
+            held={"a.tau_B": [0, 0, 0]},
+            parameters={"a.rho": "x"},
+        )
+    text = str(caught.value)
+    assert text.startswith('system "test" has 4 mistakes:\n')
+    for part in (
+        "  WiringError: a.q_BN has unit",
+        "  UnknownName: unknown output",
+        "input a.angle is not",
+        "  ParameterError",
+    ):
+        assert part in text
+
+
+def test_names_are_nearest_without_letter_case():
+    with pytest.raises(UnknownName, match='Did you mean "Omega" or "omega"|Did you mean "omega"'):
+        Vehicle().interface.find("OMEGA", "variable", "here")
+
+
+def zero(*names):
+    held = {}
+    for name in names:
+        if "." in name:
+            held[name] = [0, 0, 0] if "tau_B" in name else 0
+        else:
+            held |= {f"{name}.tau_B": [0, 0, 0], f"{name}.angle": 0}
+    return held
+
+
+def unitless(name):
+    vehicle = Vehicle(name)
+    vehicle.interface = interface(inputs=[*(f"tau_B[{i}]" for i in (1, 2, 3)), "angle"], outputs=["y"])
+    return vehicle
