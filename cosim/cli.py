@@ -48,7 +48,9 @@ def list_() -> None:
 
 @app.command()
 def build(
-    names: Annotated[list[str] | None, typer.Argument(help="NAME, FILE.py:Class[:modes=6] or a SYSTEM; all if none.")] = None,
+    names: Annotated[
+        list[str] | None, typer.Argument(help="NAME, FILE.py:Class[:modes=6] or a SYSTEM; all if none.")
+    ] = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Folder for the FMUs.")] = None,
     backend: Annotated[Literal["native", "python", "all"], typer.Option(help="Back end.")] = "native",
     platform: Annotated[str, typer.Option(help=f"host, {', '.join(PLATFORMS)} or all; several with commas.")] = "host",
@@ -74,7 +76,9 @@ def show_(
             console.write(show.interface(Path(name)))
         else:
             system, experiment = scenario.load(name)
-            console.write(show.system(system, replace(experiment, master=_master(master, 0)), Library(backend, console.note)))
+            console.write(
+                show.system(system, replace(experiment, master=_master(master, 0)), Library(backend, console.note))
+            )
 
 
 @app.command()
@@ -84,7 +88,9 @@ def run(
     master: Annotated[str | None, typer.Option(help="explicit, jacobi or gauss_seidel.")] = None,
     step: Annotated[str | None, typer.Option(help="Communication step, as in 1ms or 0.001.")] = None,
     stop: Annotated[str | None, typer.Option(help="Stop time, as in 200 or 90s.")] = None,
-    extrapolation: Annotated[int | None, typer.Option(help="Order to which held inputs are extrapolated, 0, 1 or 2.")] = None,
+    extrapolation: Annotated[
+        int | None, typer.Option(help="Order to which held inputs are extrapolated, 0, 1 or 2.")
+    ] = None,
     set_: Annotated[list[str] | None, typer.Option("--set", help="INSTANCE.NAME=VALUE, a unit may follow.")] = None,
     params: Annotated[list[Path] | None, typer.Option(help="TOML file with a table per instance.")] = None,
     use: Annotated[list[str] | None, typer.Option(help="INSTANCE=NAME|FILE.py:Class|FILE.fmu.")] = None,
@@ -130,7 +136,9 @@ def run(
 @app.command("plot")
 def plot_(
     folders: Annotated[list[Path], typer.Argument(help="Result folders; several are overlaid.")],
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="Folder for the figures (default: the first result's).")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Folder for the figures (default: the first result's).")
+    ] = None,
 ) -> None:
     """Draw one run, or several overlaid."""
     with _reported():
@@ -142,7 +150,9 @@ def plot_(
 @app.command("reproduce")
 def reproduce_(
     names: Annotated[list[str] | None, typer.Argument(help="Papers; all if none.")] = None,
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for runs, table and figures.")] = Path("results/reproduce"),
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for runs, table and figures.")] = Path(
+        "results/reproduce"
+    ),
     backend: Backend = "native",
     force: Force = False,
 ) -> None:
@@ -165,7 +175,12 @@ def _master(name: str, extrapolation: int) -> Explicit:
 
 
 def _changed(
-    experiment: Experiment, master: str | None, step: str | None, stop: str | None, extrapolation: int | None, every: int | None
+    experiment: Experiment,
+    master: str | None,
+    step: str | None,
+    stop: str | None,
+    extrapolation: int | None,
+    every: int | None,
 ) -> Experiment:
     """Return the experiment with what the command line says instead."""
     changes: dict[str, Any] = {}

@@ -1,6 +1,6 @@
 """What the command line prints: tables to standard output, notes, progress and errors to standard error."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -40,7 +40,7 @@ def listing(title: str, entries: Mapping[str, str]) -> None:
 
 
 @contextmanager
-def progress(title: str) -> Iterator[Callable[[float, float], None]]:
+def progress(title: str) -> Generator[Callable[[float, float], None]]:
     """Show a bar of simulated time; yields a function of (time, stop time), both in s."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[now]}"), TimeRemainingColumn())
     with Progress(*columns, console=_err, transient=True) as bar:

@@ -36,7 +36,9 @@ def assignments(texts: Iterable[str]) -> dict[str, Any]:
     for text in texts:
         name, equals, value = text.partition("=")
         if not equals or "." not in name:
-            raise ParameterError(text, "it is not INSTANCE.NAME=VALUE, as in plant.J[1,1]=500 or controller.rho_inf='0.005 deg'")
+            raise ParameterError(
+                text, "it is not INSTANCE.NAME=VALUE, as in plant.J[1,1]=500 or controller.rho_inf='0.005 deg'"
+            )
         values[name.strip()] = Value(value.strip())
     return values
 
@@ -48,9 +50,7 @@ def with_parameters(system: System, values: Mapping[str, Any]) -> System:
     return changed(system, parameters=system.parameters | parameters, held=system.held | held)
 
 
-def with_units(
-    system: System, uses: Sequence[str], locate: Callable[[str], Path]
-) -> tuple[System, list[SwapReport]]:
+def with_units(system: System, uses: Sequence[str], locate: Callable[[str], Path]) -> tuple[System, list[SwapReport]]:
     """Return the system with the FMUs of `INSTANCE=REFERENCE` texts in place of its own, and what each swap did."""
     reports: list[SwapReport] = []
     for text in uses:

@@ -22,8 +22,9 @@ class ScenarioError(SimulationError):
 def load(reference: str) -> Scenario:
     """Return the system and experiment of NAME or FILE.py[:function].
 
-    The function takes no arguments and returns (System, Experiment); it need not be named if it is the only such function
-    or is called `system`. FMU references of the file (FILE.py:Class, FILE.fmu) are relative to the file's folder.
+    The function takes no arguments and returns (System, Experiment); it need not be named if it is the only such
+    function or is called `system`. FMU references of the file (FILE.py:Class, FILE.fmu) are relative to the file's
+    folder.
     """
     name, _, function = reference.partition(".py:") if ".py:" in reference else (reference, "", "")
     if not function and not reference.endswith(".py"):
@@ -36,11 +37,15 @@ def load(reference: str) -> Scenario:
         function = "system" if "system" in found else next(iter(found)) if len(found) == 1 else ""
         if not function:
             there = ", ".join(found) or "none"
-            raise ScenarioError(f"{path}: say which function, as {path}:FUNCTION. Functions without arguments in it: {there}.")
+            raise ScenarioError(
+                f"{path}: say which function, as {path}:FUNCTION. Functions without arguments in it: {there}."
+            )
     if function not in found:
         raise UnknownName("function", function, str(path), list(found))
     made = found[function]()
-    if not (isinstance(made, tuple) and len(made) == 2 and isinstance(made[0], System) and isinstance(made[1], Experiment)):
+    if not (
+        isinstance(made, tuple) and len(made) == 2 and isinstance(made[0], System) and isinstance(made[1], Experiment)
+    ):
         raise ScenarioError(f"{path}:{function} returns {type(made).__name__}, needed is (System, Experiment).")
     system, experiment = made
     components = {instance: _beside(path.parent, r) for instance, r in system.components.items()}

@@ -33,7 +33,9 @@ def system(system: System, experiment: Experiment, locate: Locate) -> str:
     lines += _table(("from", "to", "timing"), _connections(wiring))
     lines += ["", *_table(("held", "value"), [(str(port), f"{value:g}") for port, value in wiring.held.items()])]
     lines += ["", f"stepping order: {', '.join(graph.stepping_order(wiring))}", "direct feedthrough:"]
-    lines += [f"  {line}" for name in wiring.components for line in _feedthrough(name, wiring.interfaces[name])] or ["  none"]
+    lines += [f"  {line}" for name in wiring.components for line in _feedthrough(name, wiring.interfaces[name])] or [
+        "  none"
+    ]
     loops = [*graph.algebraic_loops(wiring), *graph.algebraic_loops(wiring, initial=True)]
     lines += ["algebraic loops: " + ("" if loops else "none"), *(f"  {' <- '.join(loop)}" for loop in loops)]
     delayed = [str(path) for path in graph.refresh_order(wiring).delayed]
@@ -136,5 +138,7 @@ def _feedthrough(name: str, fmu: Interface) -> list[str]:
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in (head, *rows)]
+    lines = [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in (head, *rows)
+    ]
     return [lines[0], "  ".join("-" * width for width in widths), *lines[1:]] if rows else []

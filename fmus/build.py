@@ -1,7 +1,7 @@
 """Build what is missing or out of date: component references -> fmus/build/<backend>/NAME.fmu.
 
-An FMU is up to date while the key beside it is the hash of everything that it was made from: the component's source files,
-this package, the libraries' versions, the compiler. Finding that out reads files and builds no function.
+An FMU is up to date while the key beside it is the hash of everything that it was made from: the component's source
+files, this package, the libraries' versions, the compiler. Finding that out reads files and builds no function.
 """
 
 import hashlib
@@ -26,7 +26,9 @@ BACKENDS = ("native", "python")
 HERE = Path(__file__).parent
 
 
-def build(component: Component, path: Path | str, backend: str = "native", platforms: Sequence[str] = ("host",)) -> Path:
+def build(
+    component: Component, path: Path | str, backend: str = "native", platforms: Sequence[str] = ("host",)
+) -> Path:
     """Write an FMU of a component, from whatever folder its class lives in, and return its path.
 
     backend: "native" (C, no Python on the target) or "python" (carries the source, editable). Raises BuildError.
@@ -40,7 +42,7 @@ def build(component: Component, path: Path | str, backend: str = "native", platf
 
 
 def build_folder() -> Path:
-    """Return where FMUs are kept: ADCS_BUILD, else beside this package where that can be written, else a cache folder."""
+    """Return where FMUs are kept: $ADCS_BUILD, else beside this package if that can be written, else a cache folder."""
     chosen = os.environ.get("ADCS_BUILD")
     if chosen:
         return Path(chosen)
@@ -97,9 +99,9 @@ def build_reference(
 ) -> Path:
     """Return the FMU of a component reference, built only if it is missing or out of date.
 
-    folder: where to put it (default: build_folder()/backend). values: start values to build in, by variable name. name: the
-    FMU's name (default: the component's, with its structure). A Python-only component takes the python back end.
-    announce is told, before anything is built, what will be.
+    folder: where to put it (default: build_folder()/backend). values: start values to build in, by variable name.
+    name: the FMU's name (default: the component's, with its structure). A Python-only component takes the python
+    back end. announce is told, before anything is built, what will be.
     """
     order = _order(reference, backend, platforms, folder, values, name)
     if not order.up_to_date:
@@ -127,7 +129,9 @@ def _key(component: Component, backend: str, platforms: Sequence[str], name: str
     digest = hashlib.sha256()
     libraries = [f"{n} {version(n)}" for n in ("casadi", "pythonfmu", "fmpy")]
     tool = compiler_name() if backend == "native" else ""
-    digest.update(repr([backend, list(platforms), name, type(component).__name__, component.given, libraries, tool]).encode())
+    digest.update(
+        repr([backend, list(platforms), name, type(component).__name__, component.given, libraries, tool]).encode()
+    )
     own = [*HERE.glob("*.py"), *(HERE / "native").iterdir(), *(HERE / "python").glob("*.py")]
     for file in [*sorted(sources_of_component(component).files.values()), *sorted(own)]:
         digest.update(file.read_bytes())

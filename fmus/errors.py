@@ -11,8 +11,9 @@ class NoCompiler(BuildError):
     def __init__(self, tried: list[str]):
         self.tried = tried
         super().__init__(
-            f"no C compiler found (tried {', '.join(tried)}). Install gcc or clang, or `pip install 'adcs-cosim[cross]'` for "
-            "one that comes with pip; or build with --backend python, which needs none."
+            f"no C compiler found (tried {', '.join(tried)}). Install gcc or clang, or "
+            "`pip install 'adcs-cosim[cross]'` for one that comes with pip; or build with "
+            "--backend python, which needs none."
         )
 
 

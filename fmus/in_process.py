@@ -1,7 +1,7 @@
 """A slave without an FMU: the Python runtime behind the functions that a master calls. For fast tests of masters.
 
-It is no FMU, so a master must be told what one would have said: its interface, read from `description`, and the exception
-that stands for a failed call.
+It is no FMU, so a master must be told what one would have said: its interface, read from `description`, and the
+exception that stands for a failed call.
 """
 
 import json
@@ -27,8 +27,8 @@ def description(component: Component, model_name: str | None = None) -> bytes:
 class InProcessSlave:
     """One instance of a component in this process.
 
-    interface: what the master reads from `description(component)`. failed(instance, function, status, messages) returns the
-    exception that the master expects where an FMU would have returned an error.
+    interface: what the master reads from `description(component)`. failed(instance, function, status, messages)
+    returns the exception that the master expects where an FMU would have returned an error.
     """
 
     def __init__(self, name: str, component: Component, interface: Any, failed: Callable[..., Exception]):

@@ -2,7 +2,7 @@
 
 One flat vector holds every real variable; a value reference is an index into it:
 
-    [ p parameters | c calculated parameters | u inputs | x states | y outputs that are no states | d state derivatives ]
+    [ p parameters | c calculated parameters | u inputs | x states | y other outputs | d state derivatives ]
 
 FMI 2.0 has no arrays: `J[1,1]`, row by row, 1-based. d exists where the FMU provides directional derivatives (native).
 """
@@ -69,7 +69,7 @@ class Interface:
         object.__setattr__(self, "size", size)
         object.__setattr__(self, "offset", offset)
 
-    # ---- variables ----------------------------------------------------------------------------------------------------
+    # ---- variables -----------------------------------------------------------------------------------------
 
     @cached_property
     def variables(self) -> tuple[Scalar, ...]:
@@ -98,7 +98,9 @@ class Interface:
             start = self.offset["x"]
             for i, x in enumerate(found[start : start + self.size["x"]]):
                 unit = rate_unit(x.declared.unit)
-                rate = Scalar(f"der({x.name})", len(found), "local", moving, "calculated", None, x.declared, unit, start + i)
+                rate = Scalar(
+                    f"der({x.name})", len(found), "local", moving, "calculated", None, x.declared, unit, start + i
+                )
                 found.append(rate)
         return tuple(found)
 
@@ -112,7 +114,7 @@ class Interface:
         declared = [s for s in self.component.states for _ in range(s.size)]
         return [(self.offset["x"] + i, s) for i, s in enumerate(declared)]
 
-    # ---- structure ----------------------------------------------------------------------------------------------------
+    # ---- structure -----------------------------------------------------------------------------------------
 
     def _references(self, row: dict[str, list[int]], regions: str) -> tuple[int, ...]:
         return tuple(sorted(self.offset[r] + i for r in regions for i in row.get(r, ())))

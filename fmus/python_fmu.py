@@ -40,7 +40,9 @@ def sources_of_component(component: Component) -> Sources:
         return sources_of(cls.__module__)
     file = getattr(module, "__file__", None)
     if not file:
-        raise BuildError(f"{cls.__name__} was defined interactively: put the class into a file, so that an FMU can carry it.")
+        raise BuildError(
+            f"{cls.__name__} was defined interactively: put the class into a file, so that an FMU can carry it."
+        )
     path = Path(file).resolve()
     return sources_of(path.stem, path.parent)
 
@@ -71,7 +73,7 @@ def build_python(component: Component, path: Path, model_name: str | None = None
     resources["requirements.txt"] = REQUIREMENTS.encode()
     resources["slavemodule.txt"] = script_name.encode()
     resources[f"{script_name}.py"] = script
-    package = Path(pythonfmu.__file__).parent
+    package = Path(str(pythonfmu.__file__)).parent
     for file in sorted(package.glob("*.py")):
         resources[f"pythonfmu/{file.name}"] = file.read_bytes()
     archive = {f"resources/{relative}": data for relative, data in resources.items()}

@@ -1,13 +1,13 @@
 """What an FMU of a component does between its FMI calls, in Python: the twin of native/fmi2.c, rule for rule.
 
-Imports nothing of ours: it travels inside the python FMU beside the component's source. All numbers come from the component's
-CasADi functions, called through buffers without allocation.
+Imports nothing of ours: it travels inside the python FMU beside the component's source. All numbers come from the
+component's CasADi functions, called through buffers without allocation.
 
-Initialization mode: calculated parameters, calculated states and step means follow every set; frozen at its exit, after
-the component's conditions have been checked. A step: n equal internal steps of at most solver.step. Sample n of a sampled
-component is due when |t - t0 - n T| <= 1e-9 s or it has passed; while due, the outputs show what it would give, and it is
-committed at the start of the next step; samples inside a step are taken with the inputs of that instant. Outputs are
-evaluated when they are read.
+Initialization mode: calculated parameters, calculated states and step means follow every set; frozen at its exit,
+after the component's conditions have been checked. A step: n equal internal steps of at most solver.step. Sample n
+of a sampled component is due when |t - t0 - n T| <= 1e-9 s or it has passed; while due, the outputs show what it
+would give, and it is committed at the start of the next step; samples inside a step are taken with the inputs of
+that instant. Outputs are evaluated when they are read.
 """
 
 import math
@@ -32,9 +32,9 @@ class Buffered:
         self._keep = (function, arguments, results)
         buffer, self.run = function.buffer()
         for i, array in enumerate(arguments):
-            buffer.set_arg(i, memoryview(array))
+            buffer.set_arg(i, array.data)
         for i, array in enumerate(results):
-            buffer.set_res(i, memoryview(array))
+            buffer.set_res(i, array.data)
         self._buffer = buffer
 
 
@@ -42,7 +42,8 @@ class Runtime:
     """State and behaviour of one instance. Value reference = index into v = [p | c | u | x | y]."""
 
     def __init__(self, component: Any, name: str = ""):
-        part = self.component = component
+        part = component
+        self.component: Any = component
         self.name = name or part.name
         groups = (part.parameters, part.calculated_parameters, part.inputs, part.states, part.outputs_declared)
         sizes = [part.size(g) for g in groups]
@@ -106,7 +107,7 @@ class Runtime:
             if isinstance(value, Buffered):
                 delattr(self, name)
 
-    # ---- values -------------------------------------------------------------------------------------------------------
+    # ---- values --------------------------------------------------------------------------------------------
 
     @property
     def t(self) -> float:
@@ -142,10 +143,12 @@ class Runtime:
         for reference, order, value in zip(references, orders, values, strict=True):
             if not self._first_input <= reference < self._first_state or order not in (1, 2):
                 name = self.names[reference]
-                raise RuntimeFailure(f"fmi2SetRealInputDerivatives: variable {name}, order {order}: inputs, order 1 or 2 only.")
+                raise RuntimeFailure(
+                    f"fmi2SetRealInputDerivatives: variable {name}, order {order}: inputs, order 1 or 2 only."
+                )
             (self._u1 if order == 1 else self._u2)[reference - self._first_input] = value
 
-    # ---- evaluation ---------------------------------------------------------------------------------------------------
+    # ---- evaluation ----------------------------------------------------------------------------------------
 
     def _evaluate(self) -> None:
         self._stale = False
@@ -195,7 +198,7 @@ class Runtime:
         part = self.component
         self._store("outputs", part.outputs_declared, self.y, part.outputs(self.t, *self._namespaces()))
 
-    # ---- life cycle ---------------------------------------------------------------------------------------------------
+    # ---- life cycle ----------------------------------------------------------------------------------------
 
     def setup(self, start_time: float) -> None:
         """Set the start time (fmi2SetupExperiment)."""
@@ -282,7 +285,7 @@ class Runtime:
         """u(s) = u + s (u1 + s u2 / 2)."""
         out[:] = self.u + since * (self._u1 + 0.5 * since * self._u2)
 
-    # ---- samples ------------------------------------------------------------------------------------------------------
+    # ---- samples -------------------------------------------------------------------------------------------
 
     def _take_samples(self, t: float, step: float) -> None:
         """Commit a sample that is due at t, take those inside the step."""
@@ -312,7 +315,7 @@ class Runtime:
             self._evaluate()
         self._stale = self.due
 
-    # ---- state --------------------------------------------------------------------------------------------------------
+    # ---- state ---------------------------------------------------------------------------------------------
 
     def save(self) -> dict[str, Any]:
         """Return the whole state as plain data."""

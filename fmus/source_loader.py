@@ -1,11 +1,11 @@
 """Import a folder of Python sources under a package name that is a hash of their content.
 
-All python FMUs of a process share sys.modules: without this, an edited FMU beside its unedited copy, or two FMUs whose
-authors both called a module `helper`, would silently run one and the same module. The same loader reads a user's FILE.py
-when an FMU is built. Imports nothing of ours: it travels inside the FMU.
+All python FMUs of a process share sys.modules: without this, an edited FMU beside its unedited copy, or two FMUs
+whose authors both called a module `helper`, would silently run one and the same module. The same loader reads a
+user's FILE.py when an FMU is built. Imports nothing of ours: it travels inside the FMU.
 
-Inside the folder, an absolute import of a module of the folder (`import helper`, `from components.framework import ...`)
-means that module under the hashed package; every other import means what it always does.
+Inside the folder, an absolute import of a module of the folder (`import helper`, `from components.framework import
+...`) means that module under the hashed package; every other import means what it always does.
 """
 
 import ast
@@ -51,7 +51,9 @@ class _Finder(importlib.abc.MetaPathFinder):
         for name, is_package in ((f"{inside}.py", False), (f"{folder}__init__.py", True)):
             if name in self.files:
                 loader = _Loader(self, self.root / name)
-                spec = importlib.util.spec_from_loader(fullname, loader, origin=str(self.root / name), is_package=is_package)
+                spec = importlib.util.spec_from_loader(
+                    fullname, loader, origin=str(self.root / name), is_package=is_package
+                )
                 break
         else:
             if not any(f.startswith(folder) for f in self.files):

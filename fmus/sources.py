@@ -44,7 +44,7 @@ def sources_of(module: str, folder: Path | None = None) -> Sources:
 
 def _locate(name: str, folder: Path | None) -> tuple[str, Path, bool] | None:
     """Return (path in the FMU, file, is it a package) of a module that is ours or the user's, otherwise None."""
-    top, _, rest = name.partition(".")
+    top = name.partition(".")[0]
     base = OURS[top].parent if top in OURS else folder
     if base is None:
         return None

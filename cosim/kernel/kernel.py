@@ -7,7 +7,7 @@ import ctypes
 import hashlib
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -37,14 +37,23 @@ LOOK = 0.05
 
 class _Component(ctypes.Structure):
     _fields_ = [
-        *((name, ctypes.c_void_p) for name in ("instance", "set", "get", "set_derivatives", "get_derivatives", "do_step")),
+        *(
+            (name, ctypes.c_void_p)
+            for name in ("instance", "set", "get", "set_derivatives", "get_derivatives", "do_step")
+        ),
         *((name, ctypes.c_longlong) for name in ("period", "at_end", "inputs")),
         *((name, ctypes.c_void_p) for name in ("input_references", "source", "timing", "ahead", "source_component")),
         *((name, ctypes.c_void_p) for name in ("factor", "addend", "begin_values", "value")),
         ("input_derivatives", ctypes.c_longlong),
-        *((name, ctypes.c_void_p) for name in ("derivative_references", "derivative_orders", "position", "slot", "slope")),
+        *(
+            (name, ctypes.c_void_p)
+            for name in ("derivative_references", "derivative_orders", "position", "slot", "slope")
+        ),
         *((name, ctypes.c_longlong) for name in ("outputs", "offset", "output_derivatives")),
-        *((name, ctypes.c_void_p) for name in ("output_references", "output_derivative_references", "output_derivative_orders")),
+        *(
+            (name, ctypes.c_void_p)
+            for name in ("output_references", "output_derivative_references", "output_derivative_orders")
+        ),
     ]
 
 
@@ -79,7 +88,13 @@ def library() -> Any:
         compile_library(SOURCE.parent, SOURCE.name, path)
     loaded = ctypes.CDLL(str(path))
     loaded.kernel_run.restype = ctypes.c_longlong
-    loaded.kernel_run.argtypes = [ctypes.c_void_p, ctypes.c_longlong, ctypes.c_void_p, ctypes.c_longlong, ctypes.c_longlong]
+    loaded.kernel_run.argtypes = [
+        ctypes.c_void_p,
+        ctypes.c_longlong,
+        ctypes.c_void_p,
+        ctypes.c_longlong,
+        ctypes.c_longlong,
+    ]
     return loaded
 
 
@@ -96,10 +111,14 @@ def obstacle(slaves: Mapping[str, Slave]) -> str:
 
 
 def steps(
-    plan: Plan, slaves: Mapping[str, FmuSlave], values: FloatArray, block: Block, stop: Callable[[], bool]
-) -> Iterator[int]:
-    """Run the plan as `masters.loop.steps` does, bit for bit; see `Master.steps`. Raises `StepFailed`."""
-    flight = _Flight(plan, slaves, values)
+    plan: Plan, slaves: Mapping[str, Slave], values: FloatArray, block: Block, stop: Callable[[], bool]
+) -> Generator[int]:
+    """Run the plan as `masters.loop.steps` does, bit for bit; see `Master.steps`. Raises `StepFailed`.
+
+    The slaves must be FMUs, see `obstacle`.
+    """
+    fmus = {name: slave for name, slave in slaves.items() if isinstance(slave, FmuSlave)}
+    flight = _Flight(plan, fmus, values)
     run, schedule = flight.run, plan.schedule
     block.append(to_seconds(schedule.start), plan.row(values))
     chunk = 1
@@ -108,7 +127,9 @@ def steps(
             if block.full:
                 yield run.done
             before, began = run.done, time.perf_counter()
-            block.count = library().kernel_run(ctypes.byref(run), chunk, block.data.ctypes.data, len(block.data), block.count)
+            block.count = library().kernel_run(
+                ctypes.byref(run), chunk, block.data.ctypes.data, len(block.data), block.count
+            )
             if run.failed_call:
                 raise flight.failure()
             took = time.perf_counter() - began

@@ -1,7 +1,7 @@
 """The script of every python FMU: a pythonfmu slave around the component whose source lies in resources/source.
 
-The source may be edited. It is imported under a name hashed from what is on disk now; if its variables or dependencies no
-longer are those of modelDescription.xml, the FMU refuses and says to rebuild it.
+The source may be edited. It is imported under a name hashed from what is on disk now; if its variables or
+dependencies no longer are those of modelDescription.xml, the FMU refuses and says to rebuild it.
 """
 
 import importlib.util
@@ -41,10 +41,11 @@ class ComponentSlave(Fmi2Slave):
         built = json.loads((resources / "interface.json").read_text(encoding="utf-8"))
         for what, now in interface.summary().items():
             if now != built[what]:
-                changed = next((f"{a} is now {b}" for a, b in zip(built[what], now) if a != b), "their number has changed")
+                pairs = zip(built[what], now, strict=False)
+                changed = next((f"{a} is now {b}" for a, b in pairs if a != b), "their number has changed")
                 raise RuntimeError(
-                    f"{settings['model_name']}: the {what} of the edited source differ from modelDescription.xml ({changed}). "
-                    "Rebuild the FMU with `adcs build`."
+                    f"{settings['model_name']}: the {what} of the edited source differ from modelDescription.xml "
+                    f"({changed}). Rebuild the FMU with `adcs build`."
                 )
         self.runtime = load(source, files, "fmus.runtime").Runtime(component, settings["model_name"])
         self.get_real, self.set_real = self._guarded(self.runtime.get), self._guarded(self.runtime.set)
@@ -64,16 +65,20 @@ class ComponentSlave(Fmi2Slave):
         return call
 
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
+        """fmi2SetupExperiment."""
         self.runtime.setup(start_time)
 
     def exit_initialization_mode(self):
+        """fmi2ExitInitializationMode."""
         self._guarded(self.runtime.exit_initialization)()
 
     def do_step(self, current_time, step_size):
+        """fmi2DoStep."""
         self._advance(current_time, step_size)
         return True
 
     def terminate(self):
+        """fmi2Terminate: CasADi objects must not live until the interpreter is torn down."""
         self.runtime.release()
 
     def _get_fmu_state(self):

@@ -154,7 +154,9 @@ def test_an_edit_that_changes_a_dependency_is_refused(tmp_path):
 
 def test_an_exception_inside_a_python_component_is_reported_with_its_text(tmp_path):
     (tmp_path / "counter.py").write_text(COUNTER)
-    slave = start(build_python(parse(f"{tmp_path / 'counter.py'}:Counter").component(), tmp_path / "Counter.fmu"), limit=2.0)
+    slave = start(
+        build_python(parse(f"{tmp_path / 'counter.py'}:Counter").component(), tmp_path / "Counter.fmu"), limit=2.0
+    )
     slave.do_step(0.0, 0.1)
     slave.do_step(0.1, 0.1)
     with pytest.raises(CallFailed) as error:
