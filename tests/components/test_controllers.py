@@ -210,6 +210,17 @@ def test_network_output():
 
 
 @BOTH
+def test_adaptation(law):
+    """With a node at the error itself (h = 1): each axis learns from its s, the bound from |s|, each with its leakage."""
+    weights, e, e_dot = np.array([0.1, 0.2, -0.3]), [0.25, 0.15, -0.2], [-0.03, -0.09, 0.03]
+    gains = dict(tau_w=0.7, tau_mu=0.4, beta=0.03, gamma=0.05)
+    point = Point(law(nodes=1, **gains), W=weights, mu_hat=0.6, centres=e, rate_centres=e_dot)
+    s, rates = point.outputs()["s"], point.rates()
+    assert_allclose(rates["W"][:, 0], 0.7 * s - 0.7 * 0.03 * weights, rtol=1e-9)
+    assert_allclose(rates["mu_hat"], 0.4 * np.sqrt(np.sum(s**2)) - 0.4 * 0.05 * 0.6, rtol=1e-9)
+
+
+@BOTH
 def test_hold_step_limits_the_gain(law):
     """As T_s grows, the feedback of s falls to nothing; at T_s = 0 it is the paper's."""
     paper, weak, off = (Point(law(hold_step=T)).outputs()["tau_command_B"] for T in (0.0, 0.1, 1e9))
