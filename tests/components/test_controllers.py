@@ -211,7 +211,7 @@ def test_network_output():
 
 @BOTH
 def test_adaptation(law):
-    """With a node at the error itself (h = 1): each axis learns from its s, the bound from |s|, each with its leakage."""
+    """With a node at the error itself (h = 1): an axis learns from its s, the bound from |s|, both leak."""
     weights, e, e_dot = np.array([0.1, 0.2, -0.3]), [0.25, 0.15, -0.2], [-0.03, -0.09, 0.03]
     gains = dict(tau_w=0.7, tau_mu=0.4, beta=0.03, gamma=0.05)
     point = Point(law(nodes=1, **gains), W=weights, mu_hat=0.6, centres=e, rate_centres=e_dot)
