@@ -1,5 +1,4 @@
 """What can go wrong between a system on paper and its last row: one class per kind, text made from its fields."""
-# ruff: noqa: N818 (the names are those of the design: StepFailed says more than StepFailedError)
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -144,12 +143,12 @@ class StepFailed(SimulationError):
 
     def __str__(self) -> str:
         """Component, status, time and step, the value or the FMU's own words."""
-        where = f"communication point {self.time:g} s, step {self.step:g} s"
+        where = f"communication point {self.time:.12g} s, step {self.step:.12g} s"
         words = quoted(self.messages)
         if self.variable is not None:
             return f"{self.component}.{self.variable} became {self.value} in the step from {where}{words}"
         last = self.last_successful_time
-        reached = f" (last successful time {last:g} s)" if last is not None else ""
+        reached = f" (last successful time {last:.12g} s)" if last is not None else ""
         return f"{self.component} returned {self.status} at {where}{reached}{words}"
 
 

@@ -62,8 +62,11 @@ def group(names: Iterable[str]) -> Mapping[str, Group]:
 
 def nearest(name: str, available: Iterable[str]) -> list[str]:
     """Return up to three names of `available` that look like `name`, letter case ignored."""
-    folded = {n.lower(): n for n in available}
-    return [folded[n] for n in difflib.get_close_matches(name.lower(), folded, n=3, cutoff=0.6)]
+    folded: dict[str, list[str]] = {}
+    for known in available:
+        folded.setdefault(known.lower(), []).append(known)
+    matches = difflib.get_close_matches(name.lower(), folded, n=3, cutoff=0.6)
+    return [known for match in matches for known in folded[match]][:3]
 
 
 def split_port(name: str) -> tuple[str, str]:

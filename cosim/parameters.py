@@ -100,15 +100,16 @@ class Parameters:
 
     def _values(self, component: str, group: Group, name: str, value: Any) -> dict[Port, Scalar]:
         full = f"{component}.{name}"
-        given = value if isinstance(value, Value) else Value(value)
-        numbers = plain(given.value)
+        variables = [self.interfaces[component].variables[e] for e in group.elements]
+        text = isinstance(value, str) and variables[0].type == "String"
+        given = value if isinstance(value, Value) else Value(None if text else value)
+        numbers = value if text else plain(given.value)
         shape = shape_of(numbers)
         if shape == () and len(group.shape) == 1:
             numbers, shape = [numbers] * group.shape[0], group.shape
         if shape != group.shape:
             self.mistakes.append(ParameterError(full, f"it is {_words(group.shape)}, the value is {_words(shape)}"))
             return {}
-        variables = [self.interfaces[component].variables[e] for e in group.elements]
         result: dict[Port, Scalar] = {}
         try:
             convert = self._conversion(component, variables[0], given.unit)

@@ -18,11 +18,11 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
+import lxml.etree as etree
 import numpy as np
 from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
 from fmpy.model_description import ValidationError, read_model_description
-from lxml import etree
 
 from cosim.errors import STATUS, CallFailed, FmuError
 from cosim.interface import Interface, Scalar, Variable, from_model_description

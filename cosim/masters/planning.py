@@ -34,7 +34,7 @@ def build(wiring: Wiring, schedule: Schedule, record: Sequence[str], extrapolati
 
     Raises `CyclicOrder`, `WiringErrors` for rates that do not fit, `UnknownName` for a pattern that matches nothing.
     """
-    if mistakes := rates.mistakes(wiring):
+    if mistakes := rates.mistakes(wiring, schedule):
         raise WiringErrors(wiring.system, mistakes)
     return _Planner(wiring, recorded(wiring, record), extrapolation).plan(schedule)
 

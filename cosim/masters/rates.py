@@ -1,8 +1,11 @@
 """Components at different rates: who waits for whom, and which connections make no sense across rates."""
 
+from collections.abc import Iterator
+
 from cosim.errors import WiringError
 from cosim.graph import stepping_order
 from cosim.links import Link, Wiring
+from cosim.time import Schedule, to_seconds
 
 
 def waiting(wiring: Wiring) -> frozenset[str]:
@@ -18,11 +21,21 @@ def waiting(wiring: Wiring) -> frozenset[str]:
     return frozenset(result)
 
 
-def mistakes(wiring: Wiring) -> list[WiringError]:
+def mistakes(wiring: Wiring, schedule: Schedule) -> list[WiringError]:
     """Return what is wrong with the rates of a wiring whose stepping order exists."""
     late = waiting(wiring)
     found = {str(m): m for link in wiring.links if (m := _mistake(wiring, link, late)) is not None}
-    return list(found.values())
+    return [*found.values(), *_shortened(wiring, schedule)]
+
+
+def _shortened(wiring: Wiring, schedule: Schedule) -> Iterator[WiringError]:
+    """Find FMUs that need a constant step where the last one would be shorter."""
+    for component, interface in wiring.interfaces.items():
+        step = schedule.step * wiring.period(component)
+        rest = (schedule.stop - schedule.start) % step
+        if rest and not interface.can_handle_variable_step:
+            problem = f"{component} needs a constant communication step, {to_seconds(step)} s, but the last would be"
+            yield WiringError(f"{problem} {to_seconds(rest)} s", "Choose a stop_time that is a multiple of the step.")
 
 
 def _mistake(wiring: Wiring, link: Link, late: frozenset[str]) -> WiringError | None:

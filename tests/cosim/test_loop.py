@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from cosim.errors import CyclicOrder, NotSupported, StepFailed, UnknownName
+from cosim.errors import CyclicOrder, NotSupported, StepFailed, UnknownName, WiringErrors
 from cosim.masters.explicit import Explicit
 from cosim.simulate import simulate
 from cosim.system import Connection, Experiment, System
@@ -97,7 +97,7 @@ class TestPresets:
         assert integrator.inputs_at_steps("u")[0] == 0.0
 
     def test_unknown_settings(self):
-        with pytest.raises(UnknownName, match='unknown preset "jacob" in Explicit. Did you mean "jacobi"'):
+        with pytest.raises(UnknownName, match=r'unknown preset "jacob" in Explicit. Did you mean "jacobi"'):
             Explicit(preset="jacob")  # pyright: ignore
         with pytest.raises(UnknownName, match="kernel"):
             Explicit(kernel="yes")  # pyright: ignore
@@ -163,6 +163,12 @@ class TestRows:
         result = run([clock], [], stop=0.25)
         assert_array_equal(result.time, [0.0, 0.1, 0.2, 0.25])
         assert clock.stepped() == [(0.0, 0.1), (0.1, 0.1), (0.2, 0.05)]
+
+    def test_constant_step_refuses_a_shortened_one(self):
+        clock = Clock("c", can_handle_variable_step=False)
+        assert len(run([clock], [], stop=0.3)) == 4
+        with pytest.raises(WiringErrors, match=r"c needs a constant communication step, 0.1 s, but the last would be 0.05 s"):
+            run([clock], [], stop=0.25)
 
     def test_ramp_over_a_shortened_step(self):
         result = run([Integrator("i", can_interpolate_inputs=True), Clock("c")], [("c.y", "i.u", "ramp")], stop=0.25)
@@ -259,7 +265,7 @@ class TestFailures:
             run([Failing("w", 0.3, "fmi2Discard")], [], held={"w.u": 0.0})
 
     def test_nan_names_component_variable_and_time(self):
-        with pytest.raises(StepFailed, match="w.y became nan in the step from communication point 0.3 s") as caught:
+        with pytest.raises(StepFailed, match=r"w.y became nan in the step from communication point 0.3 s") as caught:
             run([Failing("w", 0.3, "nan")], [], held={"w.u": 0.0})
         assert (caught.value.component, caught.value.variable) == ("w", "y")
         assert np.isfinite(caught.value.result["w.y"]).all()

@@ -24,7 +24,7 @@ class TestTime:
 
     @pytest.mark.parametrize("seconds", [0.0, -1.0, 0.5e-9, 1 / 3, math.nan, math.inf, True])
     def test_refused(self, seconds):
-        with pytest.raises(TimeError, match="^step is .*Times are counted in whole nanoseconds"):
+        with pytest.raises(TimeError, match=r"^step is .*Times are counted in whole nanoseconds"):
             to_ns(seconds, "step")
 
     def test_messages(self):

@@ -127,7 +127,7 @@ class TestFiles:
         assert len(result["body.q"]) == 6
 
     def test_unknown_format(self, tmp_path):
-        with pytest.raises(UnknownName, match='unknown format "parket" in results. Did you mean "parquet"'):
+        with pytest.raises(UnknownName, match=r'unknown format "parket" in results. Did you mean "parquet"'):
             fly(out=tmp_path / "out", format="parket")
 
     def test_existing_result(self, tmp_path):
