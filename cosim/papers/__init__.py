@@ -1,0 +1,92 @@
+"""The published control systems that come with the project: their experiments, claims and figures.
+
+A paper is a module with `TITLE`, `systems()`, `CLAIMS` and `figures(results)`; `PAPERS` is the only list of them.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol
+
+from matplotlib.figure import Figure
+
+from cosim import plots
+from cosim.errors import UnknownName
+from cosim.papers import zhang2018
+from cosim.papers.claims import Claim, Verdict, judge
+from cosim.result import Result
+from cosim.system import Experiment, System
+
+Make = Callable[[], tuple[System, Experiment]]
+
+
+class Paper(Protocol):
+    """What the module of a paper has."""
+
+    @property
+    def TITLE(self) -> str:
+        """Authors, title, journal, year."""
+        ...
+
+    @property
+    def CLAIMS(self) -> Sequence[Claim]:
+        """The claims, in the paper's order."""
+        ...
+
+    def systems(self) -> Mapping[str, Make]:
+        """Return the experiments by name, `<paper>-<experiment>`."""
+        ...
+
+    def figures(self, results: Mapping[str, Result]) -> dict[str, Figure]:
+        """Return the paper's figures for which `results` has the runs, by file name."""
+        ...
+
+
+PAPERS: dict[str, Paper] = {"zhang2018": zhang2018}
+
+
+def paper(name: str) -> Paper:
+    """Return a paper by its key; raises `UnknownName` with the nearest."""
+    if name not in PAPERS:
+        raise UnknownName("paper", name, "the list of papers", list(PAPERS))
+    return PAPERS[name]
+
+
+def systems() -> dict[str, Make]:
+    """Return the experiments of all papers by name."""
+    return {name: make for module in PAPERS.values() for name, make in module.systems().items()}
+
+
+def scenario(name: str) -> tuple[System, Experiment]:
+    """Return a paper's system and experiment; raises `UnknownName` with the nearest."""
+    known = systems()
+    if name not in known:
+        raise UnknownName("system", name, "the papers' experiments", list(known))
+    return known[name]()
+
+
+def titles() -> dict[str, str]:
+    """Return the papers' keys and titles."""
+    return {name: module.TITLE for name, module in PAPERS.items()}
+
+
+def descriptions() -> dict[str, str]:
+    """Return the systems' names, each with the first line of its docstring."""
+    return {name: (make.__doc__ or "").strip().split("\n")[0] for name, make in systems().items()}
+
+
+def verdicts(name: str, result: Result) -> list[Verdict]:
+    """Return the verdicts of the claims that one run decides; none if an FMU was swapped: that is not the paper's."""
+    owner = _owner(name)
+    if owner is None or result.info.get("swaps"):
+        return []
+    return judge([claim for claim in owner.CLAIMS if set(claim.runs) == {name}], {name: result})
+
+
+def figures(name: str, result: Result) -> dict[str, Figure]:
+    """Return the figures of one run: those of its paper for which it suffices, and those of any attitude run."""
+    owner = _owner(name)
+    own = {} if owner is None or result.info.get("swaps") else owner.figures({name: result})
+    return plots.figures({name: result}) | own
+
+
+def _owner(name: str) -> Paper | None:
+    return next((module for module in PAPERS.values() if name in module.systems()), None)
