@@ -21,6 +21,7 @@ def wire(system: System, interfaces: Mapping[str, Interface]) -> Wiring:
     ordered = {name: interfaces[name] for name in system.components}
     parameters = Parameters(system, ordered)
     checker = _Checker(system, ordered)
+    checker.instances()
     links = checker.links()
     settings, held = parameters.settings(), parameters.held()
     checker.inputs(links, held)
@@ -36,6 +37,14 @@ class _Checker:
         self.system = system
         self.interfaces = interfaces
         self.mistakes: list[SimulationError] = []
+
+    def instances(self) -> None:
+        """Find instance names that cannot stand before the dot of a variable's name."""
+        for name in self.interfaces:
+            if not name or set(name) & set(".*?[] "):
+                self._wrong(
+                    f'"{name}" cannot be an instance name', advice="Write it without dots, spaces and brackets."
+                )
 
     def links(self) -> list[Link]:
         """Expand all connections element by element."""
@@ -167,4 +176,3 @@ class _Checker:
         unit = self.interfaces[component].variables[g.elements[0]].unit or "none"
         size = " x ".join(map(str, g.shape)) or "1"
         return f"{name} has {size} element{'s' if size != '1' else ''} (unit {unit})"
-

@@ -1,5 +1,6 @@
 """FMU files through fmpy: a small FMU of another tool, and files that are none."""
 
+import dataclasses
 import os
 
 import fmpy
@@ -184,6 +185,25 @@ class TestRuns:
             assert_allclose(result["b.y_direct"], result["b.y"] + result["b.u"])
         assert result.info["components"]["a"]["path"] == str(tiny)
         assert result.info["parameters"]["a.n"]["value"] == 4
+
+    @pytest.mark.parametrize("timing", ["at_point", "after_step", "midpoint", "ramp"])
+    @pytest.mark.parametrize("steps", [{}, {"b": 2, "c": 4}, {"a": 4, "b": 2}, {"a": 3, "c": 6}])
+    def test_loop_and_kernel_agree_at_all_rates(self, tiny, timing, steps):
+        if not tiny_fmu.COMPILED and timing == "ramp":
+            timing = "midpoint"  # pythonfmu cannot interpolate
+        system = System(
+            name="s",
+            components=dict.fromkeys("abcd", str(tiny)),
+            connections=[Connection("d.y", "a.u"), Connection("a.y", "b.u", timing), Connection("b.y", "c.u", timing)],
+            held={"d.u": 1.0},
+            parameters={"a.k": 0.7, "b.k": 1.3, "c.k": 1.1},
+        )
+        rows = []
+        for kernel in ("never", "auto"):
+            setup = Experiment(stop_time=2.5, communication_step_size=0.1, master=Explicit(kernel=kernel), every=3)
+            rows.append(simulate(dataclasses.replace(system, steps=steps), setup).table)
+        assert rows[0].equals(rows[1])
+        assert rows[0]["c.y"][-1].as_py() > 0.01
 
     def test_failing_step(self, tiny, experiment):
         system = System(

@@ -276,6 +276,13 @@ class TestParameters:
         assert "it is held, but it is no input. Inputs: tau_B, angle" in only(held=HELD | {"plant.power": 1})
 
 
+def test_instance_names():
+    slaves = [Clock("a.b")]
+    assert (
+        only(slaves=slaves, held={}) == '"a.b" cannot be an instance name. Write it without dots, spaces and brackets.'
+    )
+
+
 def test_all_mistakes_at_once():
     with pytest.raises(WiringErrors) as caught:
         wired(
