@@ -261,3 +261,29 @@ class Vehicle(Fake):
                 **capabilities,
             ),
         )
+
+
+class Mass(Fake):
+    """m x'' = f - k x, solved exactly for constant f."""
+
+    def __init__(self, name, x0, k, m=1.0):
+        super().__init__(name, interface(inputs=["f"], states={"x": x0, "v": 0.0}))
+        self.w, self.k = math.sqrt(k / m), k
+
+    def advance(self, t, h, v, slopes):
+        rest = v["f"] / self.k
+        x, speed, c, s = v["x"] - rest, v["v"], math.cos(self.w * h), math.sin(self.w * h)
+        v["x"], v["v"] = rest + c * x + s * speed / self.w, c * speed - s * x * self.w
+
+
+class Spring(Fake):
+    """Feedthrough: f_1 = c (x_2 - x_1) = -f_2."""
+
+    def __init__(self, name, c):
+        both = ("x_1", "x_2")
+        super().__init__(name, interface(inputs=both, outputs=["f_1", "f_2"], feedthrough={"f_1": both, "f_2": both}))
+        self.c = c
+
+    def evaluate(self, v):
+        v["f_1"] = self.c * (v["x_2"] - v["x_1"])
+        v["f_2"] = -v["f_1"]

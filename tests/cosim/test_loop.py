@@ -1,4 +1,4 @@
-"""The explicit loop: timings, rows, order of convergence, refresh, rates."""
+"""The explicit loop: timings, rows, order of convergence, refresh."""
 
 import math
 
@@ -6,27 +6,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from cosim.errors import CyclicOrder, NotSupported, StepFailed, UnknownName, WiringErrors
+from cosim.errors import NotSupported, UnknownName, WiringErrors
 from cosim.masters.explicit import Explicit
-from cosim.simulate import simulate
-from cosim.system import Connection, Experiment, System
 
-from .fakes import Clock, Failing, Fake, Gain, Integrator, Mean, interface
-
-
-def run(slaves, connections, stop=1.0, step=0.1, *, master=None, held=None, steps=None, **experiment):
-    """Simulate fakes; connections are (source, target) or (source, target, timing)."""
-    system = System(
-        name="test",
-        components=dict.fromkeys((s.name for s in slaves), "fake"),
-        connections=[Connection(*c) for c in connections],
-        held=held or {},
-        steps=steps or {},
-    )
-    setup = Experiment(
-        stop_time=stop, communication_step_size=step, master=master or Explicit(kernel="never"), **experiment
-    )
-    return simulate(system, setup, slaves={s.name: s for s in slaves})
+from .fakes import Clock, Gain, Integrator, Mass, Mean, Spring, interface
+from .flights import run
 
 
 class TestTimings:
@@ -105,32 +89,6 @@ class TestPresets:
             Explicit(extrapolation=3)  # pyright: ignore
 
 
-class Mass(Fake):
-    """m x'' = f - k x, solved exactly for constant f."""
-
-    def __init__(self, name, x0, k, m=1.0):
-        super().__init__(name, interface(inputs=["f"], states={"x": x0, "v": 0.0}))
-        self.w, self.k = math.sqrt(k / m), k
-
-    def advance(self, t, h, v, slopes):
-        rest = v["f"] / self.k
-        x, speed, c, s = v["x"] - rest, v["v"], math.cos(self.w * h), math.sin(self.w * h)
-        v["x"], v["v"] = rest + c * x + s * speed / self.w, c * speed - s * x * self.w
-
-
-class Spring(Fake):
-    """Feedthrough: f_1 = c (x_2 - x_1) = -f_2."""
-
-    def __init__(self, name, c):
-        both = ("x_1", "x_2")
-        super().__init__(name, interface(inputs=both, outputs=["f_1", "f_2"], feedthrough={"f_1": both, "f_2": both}))
-        self.c = c
-
-    def evaluate(self, v):
-        v["f_1"] = self.c * (v["x_2"] - v["x_1"])
-        v["f_2"] = -v["f_1"]
-
-
 @pytest.mark.parametrize("preset", ["jacobi", "gauss_seidel"])
 def test_two_masses_converge_with_slope_one(preset):
     """Equal masses on equal walls' springs: in phase at sqrt(k), out of phase at sqrt(k + 2 c)."""
@@ -167,7 +125,9 @@ class TestRows:
     def test_constant_step_refuses_a_shortened_one(self):
         clock = Clock("c", can_handle_variable_step=False)
         assert len(run([clock], [], stop=0.3)) == 4
-        with pytest.raises(WiringErrors, match=r"c needs a constant communication step, 0.1 s, but the last would be 0.05 s"):
+        with pytest.raises(
+            WiringErrors, match=r"c needs a constant communication step, 0.1 s, but the last would be 0.05 s"
+        ):
             run([clock], [], stop=0.25)
 
     def test_ramp_over_a_shortened_step(self):
@@ -244,100 +204,3 @@ class TestRefresh:
         run([integrator, Clock("c")], [("c.y", "i.u")], stop=1.0)
         calls = [call[0] for call in integrator.calls]
         assert calls[calls.index("exit") + 1 : -2] == ["set", "step"] * 10
-
-
-class TestFailures:
-    def test_status(self):
-        with pytest.raises(StepFailed) as caught:
-            run([Failing("wheels", 0.3, "fmi2Error")], [], held={"wheels.u": 0.0})
-        error = caught.value
-        assert (error.component, error.status, error.time, error.step) == ("wheels", "fmi2Error", 0.3, 0.1)
-        assert str(error) == (
-            "wheels returned fmi2Error at communication point 0.3 s, step 0.1 s\n    the wheel came off"
-        )
-        assert_array_equal(error.result.time, [0.0, 0.1, 0.2, 0.3])
-        assert error.result.info["status"] == "failed"
-        assert error.result.info["failure"]["component"] == "wheels"
-        assert error.result.info["reached_time"] == 0.3
-
-    def test_discard_says_how_far_it_came(self):
-        with pytest.raises(StepFailed, match=r"fmi2Discard at .* \(last successful time 0.325 s\)"):
-            run([Failing("w", 0.3, "fmi2Discard")], [], held={"w.u": 0.0})
-
-    def test_nan_names_component_variable_and_time(self):
-        with pytest.raises(StepFailed, match=r"w.y became nan in the step from communication point 0.3 s") as caught:
-            run([Failing("w", 0.3, "nan")], [], held={"w.u": 0.0})
-        assert (caught.value.component, caught.value.variable) == ("w", "y")
-        assert np.isfinite(caught.value.result["w.y"]).all()
-        assert len(caught.value.result) == 4
-
-    def test_last_point_reached_is_recorded_whatever_every_says(self):
-        with pytest.raises(StepFailed) as caught:
-            run([Failing("w", 0.7, "nan")], [], held={"w.u": 1.0}, every=5)
-        assert_array_equal(caught.value.result.time, [0.0, 0.5, 0.7])
-        assert_allclose(caught.value.result["w.y"], [1.0, 1.5, 1.7])
-
-    def test_interrupt_in_a_step(self):
-        result = run([Failing("w", 0.3, "interrupt"), Clock("c")], [], held={"w.u": 0.0}, every=2)
-        assert result.info["status"] == "interrupted"
-        assert_array_equal(result.time, [0.0, 0.2, 0.3])
-        assert_array_equal(result["c.y"], result.time)
-
-    def test_cycle_names_its_connections(self):
-        with pytest.raises(CyclicOrder, match=r"a.y -> b.u \(after_step\).*timing=\"at_point\"") as caught:
-            run([Integrator("a"), Integrator("b")], [("a.y", "b.u", "after_step"), ("b.y", "a.u", "midpoint")])
-        assert sorted(caught.value.connections) == ["a.y -> b.u (after_step)", "b.y -> a.u (midpoint)"]
-
-
-class TestRates:
-    def test_slow_reader_of_a_fast_source_at_point(self):
-        slow, clock = Integrator("slow"), Clock("c")
-        run([slow, clock], [("c.y", "slow.u")], stop=0.8, steps={"slow": 4})
-        assert slow.stepped() == [(0.0, 0.4), (0.4, 0.4)]
-        assert slow.inputs_at_steps("u") == [0.0, 0.4]
-
-    def test_fast_reader_sees_the_latest_communication_point_of_a_slow_source(self):
-        fast = Integrator("fast")
-        result = run([fast, Clock("slow")], [("slow.y", "fast.u")], stop=0.6, steps={"slow": 3})
-        assert_allclose(fast.inputs_at_steps("u"), [0.0, 0.0, 0.0, 0.3, 0.3, 0.3])
-        assert_allclose(result["slow.y"], [0.0, 0.0, 0.0, 0.3, 0.3, 0.3, 0.6])
-
-    @pytest.mark.parametrize("timing", ["midpoint", "ramp"])
-    def test_line_over_the_step_of_a_slow_source(self, timing):
-        result = run(
-            [Integrator("fast", can_interpolate_inputs=True), Clock("slow")],
-            [("slow.y", "fast.u", timing)],
-            stop=0.7,
-            steps={"slow": 3},
-        )
-        assert_allclose(result["fast.y"], result.time**2 / 2, rtol=1e-14)
-
-    @pytest.mark.parametrize("timing", ["midpoint", "ramp"])
-    def test_slow_target_waits_for_a_fast_source(self, timing):
-        slow = Integrator("slow", can_interpolate_inputs=True)
-        result = run([slow, Clock("c")], [("c.y", "slow.u", timing)], stop=0.7, steps={"slow": 2})
-        assert_allclose(slow.stepped(), [(0.0, 0.2), (0.2, 0.2), (0.4, 0.2), (0.6, 0.1)])
-        points = [0, 2, 4, 6, 7]
-        assert_allclose(result["slow.y"][points], result.time[points] ** 2 / 2, rtol=1e-14)
-        assert_array_equal(result["slow.y"][[1, 3, 5]], result["slow.y"][[0, 2, 4]])
-
-    def test_slow_target_after_step(self):
-        slow = Integrator("slow")
-        run([slow, Clock("c")], [("c.y", "slow.u", "after_step")], stop=0.4, steps={"slow": 2})
-        assert_allclose(slow.inputs_at_steps("u"), [0.2, 0.4])
-
-    def test_mean_of_a_slow_source_is_held_over_its_own_step(self):
-        result = run([Integrator("i"), Mean("m")], [("m.y", "i.u")], stop=0.6, steps={"m": 3})
-        assert_allclose(result["i.y"][[0, 3, 6]], result.time[[0, 3, 6]] ** 2, rtol=1e-14)
-
-    def test_all_slow_is_like_a_longer_step(self):
-        def flight(step, steps):
-            return run(
-                [Mass("a", 1.0, 1.0), Mass("b", 0.0, 1.0), Spring("s", 0.7)],
-                [("a.x", "s.x_1"), ("b.x", "s.x_2"), ("s.f_1", "a.f", "after_step"), ("s.f_2", "b.f", "after_step")],
-                step=step,
-                steps=steps,
-            )
-
-        slow, long = flight(0.1, {"a": 2, "b": 2, "s": 2}), flight(0.2, {})
-        assert_allclose(slow["a.x"][::2], long["a.x"], rtol=1e-13)

@@ -1,7 +1,7 @@
 """A small third-party FMU, made here: in C where there is a compiler, by pythonfmu where there is none.
 
-    x' = k u, y = x; y_direct = u + x. A step with u > 100 is an error, one with u = 50 is discarded after half of it,
-    k < 0 refuses initialization. Integer, Boolean and String variables besides, no units, no dependencies.
+x' = k u, y = x; y_direct = u + x. A step with u > 100 is an error, one with u = 50 is discarded after half of it,
+k < 0 refuses initialization. Integer, Boolean and String variables besides, no units, no dependencies.
 """
 # ruff: noqa: E501 (XML and C)
 
@@ -144,7 +144,9 @@ def build(folder: Path) -> Path:
     return path
 
 
-def changed(path: Path, target: Path, *, xml=lambda text: text, keep=lambda name: True, rename=lambda name: name) -> Path:
+def changed(
+    path: Path, target: Path, *, xml=lambda text: text, keep=lambda name: True, rename=lambda name: name
+) -> Path:
     """Copy an FMU with another modelDescription.xml, or with other files."""
     with zipfile.ZipFile(path) as old, zipfile.ZipFile(target, "w") as new:
         for name in old.namelist():
