@@ -310,7 +310,7 @@ class Runtime:
     def _arrive(self) -> None:
         """See whether the end of a step is a tick; show that sample, held outputs otherwise."""
         tick = self.t0 + self.sample * float(self.v[self._period_index])
-        self.due = tick <= self._t[0] + TICK
+        self.due = bool(tick <= self._t[0] + TICK)
         if self.due:
             self._evaluate()
         self._stale = self.due
