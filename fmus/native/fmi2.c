@@ -246,8 +246,6 @@ static void tangent(const State *s, double st, const double *seed, double *resul
 
 /* ---- life cycle ------------------------------------------------------------------------------------------------- */
 
-static void set_all_old(State *s) { s->start_old = s->y_old = s->d_old = 1; }
-
 static void restart(State *s)
 {
     int i;
@@ -255,7 +253,7 @@ static void restart(State *s)
     for (i = 0; i < NV; i++) s->v[i] = variables[i].start;
     s->mode = INSTANTIATED;
     s->due = SAMPLED;
-    set_all_old(s);
+    s->start_old = s->y_old = s->d_old = 1;
 }
 
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
@@ -310,7 +308,6 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
     ENTER("fmi2EnterInitializationMode", INSTANTIATED);
     s->mode = INITIALIZATION;
-    set_all_old(s);
     return fmi2OK;
 }
 
@@ -560,7 +557,6 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real step, fmi2Boolean no
                           SAMPLED ? "sample_time" : "solver.step", largest, step);
     }
 #endif
-    s->t = t;
     if (!s->inputs_move) {
         memset(s->u1, 0, sizeof s->u1);
         memset(s->u2, 0, sizeof s->u2);

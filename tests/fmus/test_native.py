@@ -176,6 +176,8 @@ def test_twin(open_slave, name, commit_shown):
         step = int(rng.choice([1_000_000, 25_000_000, 50_000_000, 70_000_000, 100_000_000, 300_000_000]))
         if name == "Blowup":
             step = 2_000
+        if part.sampled and step % 25_000_000:
+            step = 75_000_000  # so that steps end on ticks again and again
         slave.doStep(now / 1e9, step / 1e9)
         twin.do_step(now / 1e9, step / 1e9)
         now += step
@@ -487,7 +489,8 @@ def test_samples(open_slave, step, ramp, commit_shown):
     now, u = 0, 0.25
     for k in range(40):
         shown_with = u
-        assert_allclose(slave.get("shown", "total"), [rule.output(now, u), rule.total], rtol=1e-12)
+        if k % 2:  # what is committed does not hang on anybody reading it
+            assert_allclose(slave.get("shown", "total"), [rule.output(now, u), rule.total], rtol=1e-12)
         u = math.sin(k)
         slave.set({"u": u})
         if k % 3 == 0:  # outputs follow a set where a sample is due, and only there
