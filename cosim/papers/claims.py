@@ -6,7 +6,7 @@ not reproduced. Else: partly. Nothing here is written down as a verdict.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,12 +26,8 @@ class Measured:
     holds: Mapping[str, bool]
 
 
-class Measure(Protocol):
-    """A function of the runs by experiment name."""
-
-    def __call__(self, runs: Mapping[str, Result], /) -> Measured:
-        """Return figures and parts."""
-        ...
+Measure = Callable[[Mapping[str, Result]], Measured]
+"""A function of the runs by experiment name."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,15 +1,21 @@
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
 import pytest
 
+from components.catalog import CATALOG
 from cosim import papers, plots
 from cosim.errors import UnknownName
 from cosim.papers import zhang2018
 from cosim.papers.claims import Claim, Measured, judge, outcome
+from cosim.papers.zhang2018 import system, tracking
 from cosim.result import Result
+from cosim.slave import interface_of
 from cosim.system import Value
+from cosim.wiring import wire
+from fmus.in_process import description
 
 from . import zhang2018_reference as outside
 
@@ -63,19 +69,34 @@ def vibrating(amplitude, damping) -> dict[str, np.ndarray]:
 
 @pytest.mark.parametrize("name", KINDS)
 def test_the_system_is_complete(name):
-    system, experiment = papers.scenario(name)
-    assert system.name == name
-    assert set(system.components) == {"guidance", "environment", "controller", "plant"}
+    flight, experiment = papers.scenario(name)
+    assert flight.name == name
+    assert set(flight.components) == {"guidance", "environment", "controller", "plant"}
     assert (experiment.stop_time, experiment.communication_step_size, experiment.every) == (200.0, 1e-3, 10)
-    fed = [c.target for c in system.connections] + list(system.held)
+    fed = [c.target for c in flight.connections] + list(flight.held)
     controller = ["q_BN", "omega_BN_B", "q_RN", "omega_RN_R", "omega_dot_RN_R"]
     assert sorted(fed) == sorted(
         [f"controller.{n}" for n in controller] + [f"plant.{n}" for n in ("tau_B", "h_B", "tau_dist_B")]
     )
-    timings = {c.target: c.timing for c in system.connections}
+    timings = {c.target: c.timing for c in flight.connections}
     assert all(timings[f"controller.{n}"] == "after_step" for n in controller)
     assert timings["plant.tau_B"] == "at_point" and timings["plant.tau_dist_B"] == "midpoint"
-    assert {p.split(".")[0] for p in system.parameters} <= set(system.components)
+    assert {p.split(".")[0] for p in flight.parameters} <= set(flight.components)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_the_system_fits_its_components(name):
+    """All inputs fed, every parameter known, every unit convertible: nothing is left to complain about."""
+    flight, _ = papers.scenario(name)
+    interfaces = {
+        instance: interface_of(description(CATALOG[reference]()), Path(reference))
+        for instance, reference in flight.components.items()
+    }
+    settings = {str(port): value for port, value in wire(flight, interfaces).settings.items()}
+    assert settings["controller.angle_unit"] == pytest.approx(np.pi / 180)
+    assert settings["guidance.amplitude[2]"] == pytest.approx(np.pi / 180)
+    assert settings["plant.delta[6,3]"] == 2.73
+    assert settings["controller.J[2,3]"] == settings["plant.J[2,3]"] == 9.4
 
 
 def test_vehicle():
@@ -103,7 +124,7 @@ def test_atc_has_the_same_gains_and_no_performance_bounds():
 
 
 def test_initial_attitude_is_the_product_of_three_rotations():
-    q, _ = zhang2018.initial_attitude()
+    q, _ = system.initial_attitude()
     phi, th, psi = np.radians([0.25, 0.15, -0.20])
     x = np.array([[1, 0, 0], [0, np.cos(phi), np.sin(phi)], [0, -np.sin(phi), np.cos(phi)]])
     y = np.array([[np.cos(th), 0, -np.sin(th)], [0, 1, 0], [np.sin(th), 0, np.cos(th)]])
@@ -124,12 +145,12 @@ def test_euler_rates_are_those_of_the_turning_body():
     w, v = q[1][0], q[1][1:]
     product = w * rate[1:] - rate[0] * v - np.cross(v, rate[1:])  # q* (x) q', vector part
     np.testing.assert_allclose(2 * product, omega, atol=1e-9)
-    np.testing.assert_allclose(zhang2018.angles(q[1:2])[0], np.degrees(theta), atol=1e-10)
+    np.testing.assert_allclose(tracking.angles(q[1:2])[0], np.degrees(theta), atol=1e-10)
 
 
 def test_initial_rate_is_that_of_the_paper():
-    q, omega = zhang2018.initial_attitude()
-    F_inverse, _ = outside.euler_kinematics(np.radians(zhang2018.angles(q[None]))[0], np.zeros(3))
+    q, omega = system.initial_attitude()
+    F_inverse, _ = outside.euler_kinematics(np.radians(tracking.angles(q[None]))[0], np.zeros(3))
     np.testing.assert_allclose(np.degrees(np.linalg.solve(F_inverse, omega)), [0.02, 0.01, -0.02], atol=1e-14)
 
 
@@ -362,5 +383,5 @@ def test_verdicts_on_the_reference_are_those_of_the_equations_file(reference_run
         "partly",
         "partly",
     ]
-    e = zhang2018.tracking_error(runs[PPATC])
+    e = tracking.tracking_error(runs[PPATC])
     np.testing.assert_allclose(e, reference_runs[PPATC]["e"], atol=1e-12)

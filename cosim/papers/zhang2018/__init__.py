@@ -1,0 +1,12 @@
+"""zhang2018: prescribed performance adaptive attitude tracking of a flexible spacecraft.
+
+`system` has the paper's numbers and experiments, `tracking` its error angles, `claims` and `figures` what it says.
+"""
+
+from cosim.papers.zhang2018.claims import CLAIMS
+from cosim.papers.zhang2018.figures import figures
+from cosim.papers.zhang2018.system import systems
+
+__all__ = ["CLAIMS", "TITLE", "figures", "systems"]
+
+TITLE = "Zhang, Sun, Ma, Li: Prescribed performance adaptive attitude tracking control for flexible spacecraft (2018)"
