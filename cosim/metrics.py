@@ -31,12 +31,12 @@ def attitude(run: Result, threshold_deg: float = 0.1, rpe_interval_s: float = 10
         found |= _pointing(run.time, error, threshold_deg, rpe_interval_s)
     torque = first(run, "plant.tau_B", "controller.tau_command_B")
     if torque is not None and len(torque):
-        found["peak torque [N.m]"] = np.max(np.abs(torque), axis=0).tolist()
-        found["torque impulse [N.m.s]"] = trapezoid(np.abs(torque), run.time, axis=0).tolist()
+        found["peak torque (N.m)"] = np.max(np.abs(torque), axis=0).tolist()
+        found["torque impulse (N.m.s)"] = trapezoid(np.abs(torque), run.time, axis=0).tolist()
     for key, name in (
-        ("peak modal coordinate [kg(1/2).m]", "plant.eta"),
-        ("peak wheel speed [rad/s]", "actuators.wheel_speed"),
-        ("peak stored momentum [N.m.s]", "actuators.h_B"),
+        ("peak modal coordinate (kg(1/2).m)", "plant.eta"),
+        ("peak wheel speed (rad/s)", "actuators.wheel_speed"),
+        ("peak stored momentum (N.m.s)", "actuators.h_B"),
     ):
         values = series(run, name)
         if values is not None and values.size:
@@ -92,17 +92,17 @@ def _pointing(time: Array, error: Array, threshold: float, interval: float) -> d
     t, e = time[window], error[window]
     ape, (rpe, weights) = np.linalg.norm(e, axis=1), _relative(t, e, interval)
     return {
-        "settling threshold [deg]": threshold,
-        "settling time [s]": settled,
-        "window of APE and RPE [s]": [float(t[0]), float(t[-1])],
-        "APE max [deg]": float(ape.max()),
-        "APE 95 % [deg]": _quantile(ape, _weights(t), 0.95),
-        "APE 99.7 % [deg]": _quantile(ape, _weights(t), 0.997),
-        "APE max per axis [deg]": np.max(np.abs(e), axis=0).tolist(),
-        "interval of RPE [s]": min(interval, float(t[-1] - t[0])),
-        "RPE max [deg]": float(rpe.max()),
-        "RPE 95 % [deg]": _quantile(rpe, weights, 0.95),
-        "RPE 99.7 % [deg]": _quantile(rpe, weights, 0.997),
+        "settling threshold (deg)": threshold,
+        "settling time (s)": settled,
+        "window of APE and RPE (s)": [float(t[0]), float(t[-1])],
+        "APE max (deg)": float(ape.max()),
+        "APE 95 % (deg)": _quantile(ape, _weights(t), 0.95),
+        "APE 99.7 % (deg)": _quantile(ape, _weights(t), 0.997),
+        "APE max per axis (deg)": np.max(np.abs(e), axis=0).tolist(),
+        "interval of RPE (s)": min(interval, float(t[-1] - t[0])),
+        "RPE max (deg)": float(rpe.max()),
+        "RPE 95 % (deg)": _quantile(rpe, weights, 0.95),
+        "RPE 99.7 % (deg)": _quantile(rpe, weights, 0.997),
     }
 
 
@@ -149,10 +149,10 @@ def _momentum(run: Result) -> dict[str, Any]:
     inside = _moves(stored)  # actuators store what they give: their torque is internal
     quiet = not any(np.any(rows) for rows in _external(run, inside))
     if not quiet:
-        return {"momentum change [N.m.s]": change}
+        return {"momentum change (N.m.s)": change}
     parts: Sequence[Array] = [total] if stored is None else [total, stored]
     scale = max(float(np.max(np.linalg.norm(rows, axis=1))) for rows in parts)
-    return {"momentum drift [N.m.s]": change, "momentum drift, relative [1]": change / scale if scale > 0 else 0.0}
+    return {"momentum drift (N.m.s)": change, "momentum drift, relative (1)": change / scale if scale > 0 else 0.0}
 
 
 def _external(run: Result, inside: bool) -> list[Array]:
@@ -166,4 +166,4 @@ def _moves(rows: Array | None) -> bool:
 
 def units(metrics: Mapping[str, Any]) -> dict[str, str]:
     """Return the unit of each metric, from its key."""
-    return {key: key[key.index("[") + 1 : key.rindex("]")] for key in metrics}
+    return {key: key[key.index(" (") + 2 : -1] for key in metrics}

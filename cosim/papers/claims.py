@@ -103,8 +103,8 @@ def per_axis(values: Iterable[float], holds: Callable[[float], bool], what: str 
 
 
 def figures(values: Iterable[float], digits: int = 3) -> str:
-    """Return figures as "0.0025/0.0025/0.0025"."""
-    return "/".join(f"{value:.{digits}g}" for value in values)
+    """Return figures as "0.0025 / 0.0025 / 0.0025"."""
+    return " / ".join(f"{value:.{digits}g}" for value in values)
 
 
 def window(run: Result, begin: float, end: float = np.inf) -> NDArray[np.bool_]:

@@ -79,7 +79,7 @@ def _ppatc_bounds(runs: Mapping[str, Result]) -> Measured:
 
 def _ppatc_first(runs: Mapping[str, Result]) -> Measured:
     fast, slow = _settling(runs[PPATC]), _settling(runs[ATC])
-    text = f"{'/'.join(f'{t:.1f}' for t in fast)} s, ATC {'/'.join(f'{t:.1f}' for t in slow)} s"
+    text = f"{' / '.join(f'{t:.1f}' for t in fast)} s, ATC {' / '.join(f'{t:.1f}' for t in slow)} s"
     return Measured(text, {axis: a < b for axis, a, b in zip(AXES, fast, slow, strict=True)})
 
 
@@ -90,7 +90,7 @@ def _atc_misses(runs: Mapping[str, Result]) -> Measured:
 
 def _atc_oscillates(runs: Mapping[str, Result]) -> Measured:
     counts, depth = _swings(runs[ATC]), _undershoot(runs[ATC])
-    text = f"reversals {'/'.join(map(str, counts))}, undershoot {shown(depth)} deg"
+    text = f"reversals {' / '.join(map(str, counts))}, undershoot {shown(depth)} deg"
     return Measured(text, per_axis(counts, lambda n: n >= 2))
 
 
