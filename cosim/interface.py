@@ -56,6 +56,7 @@ class Interface:
     provides_directional_derivative: bool = False
     only_once_per_process: bool = False
     refresh: bool = False
+    sampled: bool = False
     step_means: frozenset[str] = frozenset()
     model_identifier: str = ""
     generation_tool: str = ""
@@ -114,10 +115,12 @@ class Interface:
         return tuple(n for n in names if self.variables[n].causality == "input" and self.variables[n].type == "Real")
 
 
-def from_model_description(description: Any, *, refresh: bool, step_means: Iterable[str]) -> Interface:
+def from_model_description(
+    description: Any, *, refresh: bool, step_means: Iterable[str], sampled: bool = False
+) -> Interface:
     """Build the interface from fmpy's `ModelDescription` of an FMI 2.0 co-simulation FMU.
 
-    `refresh` and `step_means` come from VendorAnnotations, which fmpy does not read.
+    `refresh`, `step_means` and `sampled` come from VendorAnnotations, which fmpy does not read.
     """
     slave = description.coSimulation
     return Interface(
@@ -135,6 +138,7 @@ def from_model_description(description: Any, *, refresh: bool, step_means: Itera
         provides_directional_derivative=slave.providesDirectionalDerivative,
         only_once_per_process=slave.canBeInstantiatedOnlyOncePerProcess,
         refresh=refresh,
+        sampled=sampled,
         step_means=frozenset(canonical(n) for n in step_means),
         model_identifier=slave.modelIdentifier,
         generation_tool=description.generationTool or "",

@@ -62,10 +62,10 @@ def interface_of(xml: bytes, path: Path) -> Interface:
     if root.find("CoSimulation") is None:
         raise FmuError(path, "it is for model exchange only, needed is co-simulation")
     annotation = root.find("VendorAnnotations/Tool[@name='adcs-cosim']/Slave")
-    refresh = annotation is not None and annotation.get("refresh") == "true"
+    refresh, sampled = (annotation is not None and annotation.get(k) == "true" for k in ("refresh", "sampled"))
     step_means = [] if annotation is None else [e.get("variable", "") for e in annotation.findall("StepMean")]
     try:
-        return from_model_description(_description(xml), refresh=refresh, step_means=step_means)
+        return from_model_description(_description(xml), refresh=refresh, step_means=step_means, sampled=sampled)
     except Exception as error:  # fmpy raises whatever a damaged file leads to
         raise FmuError(path, f"its modelDescription.xml is damaged: {_first_line(error)}") from error
 

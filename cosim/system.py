@@ -43,7 +43,7 @@ class Connection:
 
     `timing` decides what the target has as input while it steps from t_k to t_k+1: "at_point" the source's value at
     t_k, "after_step" that at t_k+1, "midpoint" the mean of both, "ramp" the line between them. None: after_step for a
-    step mean, at_point otherwise.
+    step mean, at_point otherwise. A target that cannot interpolate its inputs takes a ramp's midpoint.
     """
 
     source: str

@@ -113,8 +113,7 @@ class _Checker:
                 problem, connection, 'A step mean is held over the step it was taken from: timing="after_step".'
             )
         if timing == "ramp" and not b.can_interpolate_inputs:
-            problem = f"{names} has timing ramp, but {target.component} cannot interpolate its inputs"
-            self._wrong(problem, connection, 'Choose timing="midpoint".')
+            timing = "midpoint"  # the value in the middle of the same line
         return [Link(source, target, timing, found or IDENTITY, step_mean)]
 
     def inputs(self, links: list[Link], held: Mapping[Port, object]) -> None:

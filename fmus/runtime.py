@@ -19,6 +19,7 @@ import numpy as np
 
 TICK = 1e-9  # s, how near to a communication point a sample counts as due there
 MOST_STEPS = 1e9
+EPSILON = float(np.finfo(float).eps)
 
 
 class RuntimeFailure(Exception):
@@ -231,7 +232,7 @@ class Runtime:
         """Advance from t to t + step (fmi2DoStep)."""
         if not step > 0:
             raise RuntimeFailure(f"fmi2DoStep: step {step:g} s is not positive.")
-        if abs(t - self._t[0]) > TICK * (1 + abs(t)):
+        if abs(t - self._t[0]) > TICK + 4 * EPSILON * abs(t):
             raise RuntimeFailure(f"fmi2DoStep: asked to start at {t:.17g} s, the FMU is at {self.t:.17g} s.")
         self._t[0] = t
         if not self._derivatives_new:

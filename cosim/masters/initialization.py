@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cosim.errors import AlgebraicLoop, CallFailed, InitializationFailed
 from cosim.links import Wiring
 from cosim.masters.algebraic_loop import Loop, same_bits
-from cosim.masters.plan import Plan, Reading
+from cosim.masters.plan import AT_POINT, Plan, Reading
 from cosim.protocol import Slave
 from cosim.time import to_seconds
 
@@ -38,11 +38,19 @@ def initialize(plan: Plan, wiring: Wiring, slaves: Mapping[str, Slave]) -> Float
         raise InitializationFailed(error.component, problem, error.messages) from error
 
 
+COMMIT_SHOWN = "solver.commit_shown"
+"""Parameter of our sampled FMUs: 1 where the inputs set before a step are those of its end, not of a sample due now."""
+
+
 def _enter(plan: Plan, wiring: Wiring, slaves: Mapping[str, Slave]) -> None:
     for slave in slaves.values():
         slave.instantiate()
     for port, value in wiring.settings.items():
         slaves[port.component].set(slaves[port.component].interface.variables[port.variable], value)
+    for c in plan.components:
+        slave = slaves[c.name]
+        if slave.interface.sampled and (c.inputs.timing != AT_POINT).any():
+            slave.set(slave.interface.variables[COMMIT_SHOWN], 1.0)
     for slave in slaves.values():
         slave.setup_experiment(to_seconds(plan.schedule.start))
     for slave in slaves.values():
