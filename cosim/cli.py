@@ -126,7 +126,7 @@ def run(
                     metrics=metrics.attitude,
                 )
             )
-        _tell(name, result, plot)
+        _tell(name, result, plot, as_published=not (set_ or params))
         if failure is not None:
             console.error(failure)
         if result.info["status"] != "finished":
@@ -203,10 +203,11 @@ def _fly(call: Callable[[], Result]) -> tuple[Result, StepFailed | None]:
         return failure.result, failure
 
 
-def _tell(name: str, result: Result, plot: bool) -> None:
+def _tell(name: str, result: Result, plot: bool, as_published: bool) -> None:
+    """Print metrics, the claims that this run decides (of the paper's own parameters only), and the files written."""
     console.summary(result)
     finished = result.info["status"] == "finished"
-    if finished:
+    if finished and as_published:
         console.claims(papers.verdicts(name, result))
     files = sorted(result.folder.glob("*")) if result.folder is not None else []
     if plot and len(result) > 1 and result.folder is not None:

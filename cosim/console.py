@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
@@ -35,7 +36,7 @@ def listing(title: str, entries: Mapping[str, str]) -> None:
     """Names with one line each."""
     table = Table(title=title, title_justify="left", show_header=False, box=None, pad_edge=False)
     for name, text in entries.items():
-        table.add_row(name, text)
+        table.add_row(escape(name), escape(text))
     _out.print(table)
 
 
@@ -70,7 +71,7 @@ def summary(result: Result) -> None:
     if metrics:
         table = Table(show_header=False, box=None, pad_edge=False)
         for name, value in metrics.items():
-            table.add_row(name.replace("_", " "), _figures(value))
+            table.add_row(escape(name), escape(_figures(value)))
         _out.print(table)
 
 
@@ -80,7 +81,7 @@ def claims(verdicts: Sequence[Verdict]) -> None:
         return
     table = Table("paper", "claim", "paper says", "measured", "verdict", pad_edge=False)
     for v in verdicts:
-        table.add_row(v.paper, v.claim, v.said, v.measured, v.verdict)
+        table.add_row(*map(escape, (v.paper, v.claim, v.said, v.measured, v.verdict)))
     _out.print(table)
 
 

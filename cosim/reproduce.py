@@ -58,5 +58,5 @@ def paper(
 def markdown(verdicts: Sequence[Verdict]) -> str:
     """Return the claims as a Markdown table."""
     rows = [(v.paper, v.claim, v.said, v.measured, v.verdict, v.criterion) for v in verdicts]
-    lines = [" | ".join(row) for row in (HEAD, ("---",) * len(HEAD), *rows)]
+    lines = [" | ".join(cell.replace("|", "\\|") for cell in row) for row in (HEAD, ("---",) * len(HEAD), *rows)]
     return "".join(f"| {line} |\n" for line in lines)
