@@ -61,13 +61,14 @@ class Runtime:
         before[x] = np.repeat([not s.calculated for s in part.states], [s.size for s in part.states])
         between[p] = np.repeat([q.tunable for q in part.parameters], [q.size for q in part.parameters])
         self._settable = {False: before, True: between}
+        self._admitted: dict[bool, dict[tuple[int, ...], tuple[np.ndarray, bool]]] = {False: {}, True: {}}
         self.stepping = False  # initialization mode is over
         self._stale, self._parameters_stale = True, True
         self.t0 = 0.0
         self._t, self._s, self._h = np.zeros(1), np.zeros(1), np.zeros(1)
         self._u1, self._u2 = np.zeros(sizes[2]), np.zeros(sizes[2])  # input derivatives
-        self._derivatives_new = False
-        self._u_now, self._x_next = np.zeros(sizes[2]), np.zeros(sizes[3])
+        self._derivatives_new, self._derivatives_left = False, False  # given for the next step; any not zero
+        self._u_now, self._x_next, self._no_x = np.zeros(sizes[2]), np.zeros(sizes[3]), np.zeros(sizes[3])
         self._means = sum(o.size for o in part.outputs_declared if o.step_mean)
         self.m, self._q0, self._q1 = (np.zeros(self._means) for _ in range(3))
         self.sample, self.due = 0, False
@@ -123,24 +124,31 @@ class Runtime:
 
     def set(self, references: Sequence[int], values: Sequence[float]) -> None:
         """Set variables by value reference."""
-        if not self._settable[self.stepping][references].all():
-            at = next(r for r in references if not self._settable[self.stepping][r])
-            raise RuntimeFailure(f"fmi2SetReal: variable {self.names[at]} cannot be set now.")
+        key = tuple(references)
+        index, parameters = self._admitted[self.stepping].get(key) or self._admit(key)
         if not math.isfinite(sum(values)):
             bad = [(r, x) for r, x in zip(references, values, strict=True) if not math.isfinite(x)]
             if bad:
                 raise RuntimeFailure(f"fmi2SetReal: variable {self.names[bad[0][0]]} = {bad[0][1]} is not finite.")
-        self.v[references] = values
+        self.v[index] = values
         self._stale = True
-        if min(references, default=self._first_input) < self._first_input:
+        if parameters:
             self._parameters_stale = True
+
+    def _admit(self, references: tuple[int, ...]) -> tuple[np.ndarray, bool]:
+        """Return the index of references that may be set now, and whether a parameter is among them; remember both."""
+        settable = self._settable[self.stepping]
+        for reference in references:
+            if not settable[reference]:
+                raise RuntimeFailure(f"fmi2SetReal: variable {self.names[reference]} cannot be set now.")
+        found = np.array(references, dtype=np.intp), min(references, default=self._first_input) < self._first_input
+        self._admitted[self.stepping][references] = found
+        return found
 
     def set_input_derivatives(self, references: Sequence[int], orders: Sequence[int], values: Sequence[float]) -> None:
         """Set time derivatives (order 1 or 2) of inputs, for the next step."""
-        if not self._derivatives_new:
-            self._u1[:] = 0
-            self._u2[:] = 0
-            self._derivatives_new = True
+        self._forget_derivatives()
+        self._derivatives_new = self._derivatives_left = True
         for reference, order, value in zip(references, orders, values, strict=True):
             if not self._first_input <= reference < self._first_state or order not in (1, 2):
                 name = self.names[reference]
@@ -232,12 +240,10 @@ class Runtime:
         """Advance from t to t + step (fmi2DoStep)."""
         if not step > 0:
             raise RuntimeFailure(f"fmi2DoStep: step {step:g} s is not positive.")
-        if abs(t - self._t[0]) > TICK + 4 * EPSILON * abs(t):
+        if abs(t - self._t.item()) > TICK + 4 * EPSILON * abs(t):
             raise RuntimeFailure(f"fmi2DoStep: asked to start at {t:.17g} s, the FMU is at {self.t:.17g} s.")
         self._t[0] = t
-        if not self._derivatives_new:
-            self._u1[:] = 0
-            self._u2[:] = 0
+        self._forget_derivatives()
         if self._parameters_stale and not self.component.python_only:
             self._calculate.run()
             self._parameters_stale = False
@@ -257,14 +263,14 @@ class Runtime:
         self._stale = True
         if part.sampled:
             self._arrive()
-        if not math.isfinite(self.x.sum()):
+        if not math.isfinite(self.x.dot(self._no_x)):  # 0 times what is not finite is not finite
             bad = np.flatnonzero(~np.isfinite(self.x))
             if bad.size:
                 name = self.names[self._first_state + int(bad[0])]
                 raise RuntimeFailure(f"fmi2DoStep: state {name} is not finite at {self.t:.9g} s.")
 
     def _integrate(self, step: float) -> None:
-        largest = float(self.v[self._step_index])
+        largest = self.v.item(self._step_index)
         if not largest > 0 or step / largest > MOST_STEPS:
             raise RuntimeFailure(f"fmi2DoStep: solver.step = {largest:g} s does not suit a step of {step:g} s.")
         n = max(1, math.ceil(step / largest - 1e-9))
@@ -272,7 +278,7 @@ class Runtime:
         if self._means:
             self._quantities.run()
             self._q0[:] = self._q1
-        run, x, x_next, s = self._advance.run, self.x, self._x_next, self._s
+        run, x, x_next, s = self._advance.run, self.x.data, self._x_next.data, self._s
         for i in range(n):
             s[0] = i * h
             run()
@@ -281,6 +287,13 @@ class Runtime:
             self._t[0] += step
             self._quantities.run()
             np.divide(self._q1 - self._q0, step, out=self.m)
+
+    def _forget_derivatives(self) -> None:
+        """Let input derivatives that were given for a step that is over be zero."""
+        if self._derivatives_left and not self._derivatives_new:
+            self._u1[:] = 0
+            self._u2[:] = 0
+            self._derivatives_left = False
 
     def _inputs_at(self, since: float, out: np.ndarray) -> None:
         """u(s) = u + s (u1 + s u2 / 2)."""
@@ -335,5 +348,6 @@ class Runtime:
         self.m[:] = state["m"]
         self.t0, self._t[0] = state["t"]
         self._u1[:], self._u2[:], self._derivatives_new = state["derivatives"]
+        self._derivatives_left = True
         self.sample, self.due, self._x_next[:] = state["samples"]
         self.stepping, self._stale, self._parameters_stale = state["flags"]

@@ -1,0 +1,125 @@
+"""A communication step of the C kernel against C loops written by hand for the same two native FMUs and their wiring.
+
+Plant (second order) and PD controller of parts.py, Jacobi, 10 ms, one internal step a communication step, nothing
+recorded between the first and the last row. The loops are in kernel_step.c; all must end in the same bits. Budget: 1.5
+times the loop that makes the same calls. For information: the leanest loop, and the Python loop.
+"""
+
+import ctypes
+import tempfile
+from pathlib import Path
+
+import bench
+from parts import Controller, Plant
+
+from cosim.kernel import kernel
+from cosim.masters import loop
+from cosim.masters.explicit import Explicit
+from cosim.masters.initialization import initialize
+from cosim.masters.master import Block
+from cosim.slave import FmuSlave
+from cosim.system import Connection, System
+from cosim.time import Schedule
+from cosim.wiring import wire
+from fmus.build import build
+from fmus.toolchain import compile_library
+
+STEPS, PYTHON_STEPS, ROUNDS, H = 300_000, 3_000, 15, 0.01
+CONNECTIONS = (
+    Connection("plant.angle", "controller.angle"),
+    Connection("plant.rate", "controller.rate"),
+    Connection("controller.tau", "plant.tau"),
+)
+
+
+class Fmu(ctypes.Structure):
+    _fields_ = [(name, ctypes.c_void_p) for name in ("instance", "set", "get", "step")]
+    _fields_ += [(name, ctypes.c_uint * 2) for name in ("inputs", "outputs")]
+
+
+class Flight:
+    """The two FMUs, wired and initialized."""
+
+    def __init__(self, folder: Path, steps: int):
+        paths = {"plant": folder / "Plant.fmu", "controller": folder / "Controller.fmu"}
+        self.slaves = {name: FmuSlave(name, path) for name, path in paths.items()}
+        system = System(name="loop", components=dict.fromkeys(paths, ""), connections=CONNECTIONS)
+        wiring = wire(system, {name: slave.interface for name, slave in self.slaves.items()})
+        schedule = Schedule.of(0.0, steps * H, H, steps)
+        self.plan = Explicit("jacobi").plan(wiring, schedule, ("*",))
+        self.values = initialize(self.plan, wiring, self.slaves)
+        self.block = Block(8, len(self.plan.columns.names))
+
+    def take(self, steps) -> float:
+        """Fly by the kernel or by the Python loop; return the seconds."""
+        return bench.clocked(
+            lambda: list(steps(self.plan, self.slaves, self.values, self.block, lambda: False)),
+            self.plan.schedule.steps,
+        )()
+
+    def by_hand(self, function) -> float:
+        y, u = (
+            (ctypes.c_double * 2)(*self.get("plant", "angle", "rate")),
+            (ctypes.c_double * 1)(*self.get("controller", "tau")),
+        )
+        arguments = (
+            self.fmu("plant", ("tau",), ("angle", "rate")),
+            self.fmu("controller", ("angle", "rate"), ("tau",)),
+        )
+        steps = self.plan.schedule.steps
+        fly = bench.clocked(
+            lambda: function(*map(ctypes.byref, arguments), ctypes.c_long(steps), ctypes.c_double(H), y, u), steps
+        )
+        return fly()
+
+    def references(self, instance: str, *names: str) -> tuple[int, ...]:
+        return tuple(self.slaves[instance].interface.variables[name].value_reference for name in names)
+
+    def get(self, instance: str, *names: str) -> list[float]:
+        return self.slaves[instance].get_real(self.references(instance, *names)).tolist()
+
+    def fmu(self, instance: str, inputs: tuple[str, ...], outputs: tuple[str, ...]) -> Fmu:
+        slave = self.slaves[instance]
+        functions = (slave.entry(f"fmi2{name}") for name in ("SetReal", "GetReal", "DoStep"))
+        pairs = ((ctypes.c_uint * 2)(*self.references(instance, *names)) for names in (inputs, outputs))
+        return Fmu(slave.address, *functions, *pairs)
+
+    def end(self) -> list[float]:
+        values = self.get("plant", "angle", "rate")
+        for slave in self.slaves.values():
+            slave.free()
+        return values
+
+
+def main(folder: Path) -> None:
+    for component in (Plant(), Controller()):
+        build(component, folder / f"{component.name}.fmu")
+    source = Path(__file__).with_suffix(".c")
+    compile_library(source.parent, source.name, folder / "loops.so")
+    loops = ctypes.CDLL(str(folder / "loops.so"))
+    ends = {}
+
+    def contestant(name: str, fly, steps: int = STEPS):
+        def run() -> float:
+            flight = Flight(folder, steps)
+            seconds = fly(flight)
+            ends[name] = flight.end()
+            return seconds
+
+        return run
+
+    flights = {
+        "C loop, same calls": contestant("same", lambda f: f.by_hand(loops.loop_same)),
+        "C loop, leanest": contestant("lean", lambda f: f.by_hand(loops.loop_lean)),
+        "kernel": contestant("kernel", lambda f: f.take(kernel.steps)),
+        "Python loop": contestant("python", lambda f: f.take(loop.steps), PYTHON_STEPS),
+    }
+    times = bench.rounds(flights, ROUNDS)
+    contestant("short", lambda f: f.take(kernel.steps), PYTHON_STEPS)()
+    assert ends["same"] == ends["lean"] == ends["kernel"] and ends["python"] == ends["short"], ends
+    bench.compare(f"kernel step: two small native FMUs, {STEPS} steps", times, "C loop, same calls", {"kernel": 1.5})
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as place:
+        main(Path(place))

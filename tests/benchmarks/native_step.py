@@ -1,0 +1,109 @@
+"""fmi2DoStep of native FMUs called from C against the same CasADi function `advance` in a C loop, same flags.
+
+FlexibleSpacecraft with 8 modes (23 states) and PrescribedPerformance, 1 ms, one internal step, from rest at the start
+inputs; both must end in the same bits. Budget: 1.2. For information: a step with all inputs set before and all outputs
+read after it.
+"""
+
+import ctypes
+import tempfile
+from pathlib import Path
+
+import bench
+import numpy as np
+
+from components.controllers.prescribed_performance import PrescribedPerformance
+from components.framework import Component
+from components.framework.component import start_vector
+from components.plants.flexible_spacecraft import FlexibleSpacecraft
+from cosim.slave import FmuSlave
+from fmus.build import build
+from fmus.interface import Interface
+from fmus.native_fmu import native_sources
+from fmus.toolchain import compile_library
+
+STEPS, ROUNDS, H = 20_000, 15, 1e-3
+POINTER, LONG, DOUBLE, SIZE = ctypes.c_void_p, ctypes.c_long, ctypes.c_double, ctypes.c_size_t
+
+
+class Fmu(ctypes.Structure):
+    _fields_ = [(name, ctypes.c_void_p) for name in ("instance", "set", "get", "step")]
+
+
+def measure(component: Component, folder: Path) -> None:
+    name = component.name
+    interface = Interface(component, name, derivatives=True)
+    for file, data in native_sources(interface).items():
+        (folder / file).write_bytes(data)
+    here = Path(__file__).with_suffix(".c")
+    (folder / here.name).write_bytes(here.read_bytes())
+    compile_library(folder, here.name, folder / f"{name}.so")
+    loops = ctypes.CDLL(str(folder / f"{name}.so"))
+    loops.direct.argtypes = [LONG, LONG, DOUBLE, LONG, *[POINTER] * 5]
+    loops.step.argtypes = [POINTER, LONG, LONG, DOUBLE]
+    loops.exchange.argtypes = [*loops.step.argtypes, SIZE, POINTER, POINTER, SIZE, POINTER, POINTER]
+
+    slave = FmuSlave(name, build(component, folder / f"{name}.fmu"))
+    variables = slave.interface.variables.values()
+    references = {
+        cause: np.array([v.value_reference for v in variables if v.causality == cause], np.uint32)
+        for cause in ("input", "output")
+    }
+    states = [s.value_reference for s in interface.variables][interface.offset["x"] :][: interface.size["x"]]
+    u, p = start_vector(component.inputs), start_vector(component.parameters)
+    x, zero, y = np.zeros(len(states)), 0 * u, np.zeros(len(references["output"]))
+    c = component.functions.calculate(p).full().ravel()
+    done = {"start": 0}
+
+    def begin() -> None:
+        """Put both at their start."""
+        slave.free()
+        slave.instantiate()
+        slave.setup_experiment(0.0)
+        slave.enter_initialization_mode()
+        slave.exit_initialization_mode()
+        x[:] = slave.get_real(tuple(states))
+        done.update(direct=0, step=0)
+
+    def direct() -> None:
+        loops.direct(0, STEPS, H, len(x), *(a.ctypes.data for a in (x, u, zero, p, c)))
+
+    def fmu() -> object:
+        return ctypes.byref(
+            Fmu(slave.address, slave.entry("fmi2SetReal"), slave.entry("fmi2GetReal"), slave.entry("fmi2DoStep"))
+        )
+
+    def exchange() -> None:
+        arrays = [
+            (len(r), r.ctypes.data, v.ctypes.data) for r, v in ((references["input"], u), (references["output"], y))
+        ]
+        assert loops.exchange(fmu(), 0, STEPS, H, *arrays[0], *arrays[1]) == 0
+
+    def fresh(call) -> bench.Callable[[], float]:
+        def run() -> float:
+            begin()
+            seconds = bench.clocked(call, STEPS)()
+            if call is direct:
+                ends["direct"] = x.copy()
+            else:
+                ends[call.__name__] = slave.get_real(tuple(states))
+            return seconds
+
+        return run
+
+    def step() -> None:
+        assert loops.step(fmu(), 0, STEPS, H) == 0
+
+    ends: dict[str, np.ndarray] = {}
+    contestants = {"advance in a C loop": direct, "fmi2DoStep": step, "set + fmi2DoStep + get": exchange}
+    times = bench.rounds({what: fresh(call) for what, call in contestants.items()}, ROUNDS)
+    assert all(np.array_equal(end, ends["direct"]) for end in ends.values()), ends
+    sizes = f"{len(x)} states, {len(u)} inputs, {len(y)} outputs"
+    bench.compare(f"native step: {name}, {sizes}", times, "advance in a C loop", {"fmi2DoStep": 1.2})
+    slave.free()
+
+
+if __name__ == "__main__":
+    for made in (FlexibleSpacecraft(modes=8), PrescribedPerformance()):
+        with tempfile.TemporaryDirectory() as place:
+            measure(made, Path(place))
