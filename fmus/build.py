@@ -99,16 +99,18 @@ def build_reference(
 ) -> Path:
     """Return the FMU of a component reference, built only if it is missing or out of date.
 
-    folder: where to put it (default: build_folder()/backend). values: start values to build in, by variable name.
-    name: the FMU's name (default: the component's, with its structure). A Python-only component takes the python
-    back end. announce is told, before anything is built, what will be.
+    folder: where to put it instead of build_folder()/backend; there it is always built, and nothing is kept beside it.
+    values: start values to build in, by variable name. name: the FMU's name (default: the component's, with its
+    structure). A Python-only component takes the python back end. announce is told what will be built, before it is.
     """
     order = _order(reference, backend, platforms, folder, values, name)
-    if not order.up_to_date:
+    kept = folder is None
+    if not (kept and order.up_to_date):
         if announce is not None:
             announce(f"building {order.path.stem} ({order.backend})")
         build(order.component, order.path, order.backend, platforms)
-        order.key_file.write_text(order.key)
+        if kept:
+            order.key_file.write_text(order.key)
     return order.path
 
 
