@@ -84,7 +84,7 @@ def _capabilities(interface: Interface) -> Capabilities:
     )
 
 
-# ---- model.c --------------------------------------------------------------------------------------------------------
+# ---- model.c -----------------------------------------------------------------------------------------------
 
 
 def _functions(part: Component) -> list[ca.Function]:
@@ -135,7 +135,7 @@ def _generated(part: Component) -> tuple[bytes, bytes]:
     return code, b"".join(line + b"\n" for line in sizes)
 
 
-# ---- model.h --------------------------------------------------------------------------------------------------------
+# ---- model.h -----------------------------------------------------------------------------------------------
 
 
 def _model_header(interface: Interface) -> bytes:
