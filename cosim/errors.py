@@ -179,6 +179,18 @@ class ResultExists(SimulationError):
 
 
 @dataclass(eq=False)
+class ResultUnwritable(SimulationError):
+    """A folder or file that takes no rows: no permission, no room, no folder."""
+
+    path: Path
+    problem: str
+
+    def __str__(self) -> str:
+        """File, problem, the way out."""
+        return f"{self.path} cannot be written: {self.problem}. Choose another folder (out=..., --out DIR)."
+
+
+@dataclass(eq=False)
 class ResultUnreadable(SimulationError):
     """A folder or file that holds no readable result."""
 

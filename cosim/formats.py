@@ -11,7 +11,7 @@ import pyarrow.csv as pa_csv
 import pyarrow.parquet as pq
 from scipy.io import loadmat, savemat
 
-from cosim.errors import ResultUnreadable, UnknownName
+from cosim.errors import ResultUnreadable, ResultUnwritable, UnknownName
 from cosim.names import group
 from cosim.recorder import STREAM
 
@@ -20,10 +20,20 @@ FORMATS = ("parquet", "csv", "mat")
 
 
 def convert(folder: Path, kind: str) -> Path:
-    """Turn folder/result.arrows into result.`kind`, batch by batch (mat: at once), and remove the stream."""
+    """Turn folder/result.arrows into result.`kind`, batch by batch (mat: at once), and remove the stream.
+
+    Raises `ResultUnwritable` where there is no room for it: the stream stays.
+    """
     stream = folder / STREAM
     target = folder / f"result.{kind}"
-    _WRITERS[kind](stream, target)
+    part = folder / f".{target.name}"
+    try:
+        _WRITERS[kind](stream, part)
+        part.replace(target)
+    except OSError as error:
+        raise ResultUnwritable(target, error.strerror or str(error)) from error
+    finally:
+        part.unlink(missing_ok=True)
     stream.unlink()
     return target
 

@@ -1,6 +1,7 @@
 """Rows to disk while a run goes on: an Arrow IPC stream, so that whatever ends the process leaves readable rows."""
 
 import time
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -8,6 +9,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
+from cosim.errors import ResultUnwritable
 from cosim.masters.master import Block
 from cosim.masters.plan import Columns
 
@@ -20,7 +22,10 @@ BLOCK_ROWS = 4096
 
 
 class Recorder:
-    """Writes the rows of `block` to `folder/result.arrows`; use it as a context manager."""
+    """Writes the rows of `block` to `folder/result.arrows`; use it as a context manager.
+
+    Raises `ResultUnwritable` where the disk takes no more; the rows that it took stay readable, and none follow.
+    """
 
     def __init__(self, folder: Path, columns: Columns) -> None:
         width = 1 + len(columns.names)
@@ -31,6 +36,7 @@ class Recorder:
         self._file = self.path.open("wb", buffering=0)
         self._writer: Any = pa.ipc.new_stream(self._file, self._schema)
         self._flushed = time.perf_counter()
+        self._cut = False
 
     def __enter__(self) -> "Recorder":
         return self
@@ -39,9 +45,12 @@ class Recorder:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Write what is left, and the end of the stream."""
-        self.flush()
-        self._writer.close()
-        self._file.close()
+        try:
+            if not self._cut:
+                self.flush()
+                self._write(self._writer.close)
+        finally:
+            self._file.close()
 
     def look(self) -> None:
         """Write the block if it is full or `FLUSH` has passed."""
@@ -53,10 +62,17 @@ class Recorder:
         count = self.block.count
         if count:
             columns = [pa.array(np.ascontiguousarray(column)) for column in self.block.data[:count].T]
-            self._writer.write_batch(pa.record_batch(columns, schema=self._schema))
+            self._write(self._writer.write_batch, pa.record_batch(columns, schema=self._schema))
             self.block.count = 0
             self.rows += count
         self._flushed = time.perf_counter()
+
+    def _write(self, call: Callable[..., None], *arguments: Any) -> None:
+        try:
+            call(*arguments)
+        except OSError as error:
+            self._cut, self.block.count = True, 0
+            raise ResultUnwritable(self.path, error.strerror or str(error)) from error
 
 
 def schema(columns: Columns) -> pa.Schema:

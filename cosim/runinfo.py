@@ -8,7 +8,6 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from cosim.errors import SimulationError
 from cosim.interface import Interface, Scalar
 from cosim.links import Port, Wiring
 from cosim.masters.plan import Plan
@@ -49,15 +48,21 @@ def setup(
     }
 
 
-def ending(schedule: Schedule, reached: float, failure: SimulationError | None) -> dict[str, Any]:
+def ending(schedule: Schedule, reached: float | None, failure: Exception | None) -> dict[str, Any]:
     """Return how the run ended: finished, interrupted or failed, where and why."""
     if failure is not None:
-        fields = {k: v for k, v in _fields(failure).items() if v is not None}
-        return {"status": "failed", "reached_time": reached, "error": type(failure).__name__, "why": str(failure)} | {
-            "failure": fields
-        }
+        return broken(failure) | {"reached_time": reached}
     status = "finished" if reached == to_seconds(schedule.stop) else "interrupted"
     return {"status": status, "reached_time": reached}
+
+
+def broken(failure: BaseException) -> dict[str, Any]:
+    """Return what an exception tells of the end of a run."""
+    if isinstance(failure, KeyboardInterrupt):
+        return {"status": "interrupted"}
+    fields = _fields(failure) if dataclasses.is_dataclass(failure) else {}
+    told = {k: v for k, v in fields.items() if v is not None}
+    return {"status": "failed", "error": type(failure).__name__, "why": str(failure), "failure": told}
 
 
 def _component(reference: str, interface: Interface, path: Path | None, steps: int) -> dict[str, Any]:

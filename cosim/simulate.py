@@ -4,8 +4,8 @@ import importlib
 import json
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack, suppress
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cosim import formats, runinfo
-from cosim.errors import CallFailed, ResultExists, SimulationError
+from cosim.errors import CallFailed, ResultExists, ResultUnwritable, SimulationError
 from cosim.interrupt import interruptible
 from cosim.masters.initialization import initialize
 from cosim.masters.master import Master
@@ -52,15 +52,16 @@ def simulate(
 
     Ctrl-C ends the run between two steps; its result has status "interrupted". Raises `ResultExists`, `TimeError`,
     `FmuError`, `WiringErrors`, `CyclicOrder`, `AlgebraicLoop`, `InitializationFailed` before anything is written, and
-    `StepFailed` once the rows up to the failure are: the exception's `result` has them.
+    `StepFailed`, or `ResultUnwritable` where the disk is full, once the rows up to the failure are: the exception's
+    `result` has them. Whatever else ends the run is raised too, and run.json says what it was.
     """
     began = time.perf_counter()
     formats.check_format(format)
-    if out is not None and not overwrite:
-        refuse_existing(Path(out))
     schedule = Schedule.of(
         experiment.start_time, experiment.stop_time, experiment.communication_step_size, experiment.every
     )
+    if out is not None and not overwrite:
+        refuse_existing(Path(out))
     with ExitStack() as stack:
         given = dict(slaves or {})
         paths = {n: find(r, locate) for n, r in system.components.items() if n not in given}
@@ -73,31 +74,49 @@ def simulate(
         values = initialize(plan, wiring, used)
         folder = Path(out) if out is not None else Path(stack.enter_context(tempfile.TemporaryDirectory()))
         clear(folder)
-        (folder / INFO).write_text(_json(info | {"status": "running"}), encoding="utf-8")
-        flight = _fly(experiment.master, plan, used, values, folder, progress)
-        for name, slave in used.items():
-            if name != getattr(flight.failure, "component", None):
-                with suppress(CallFailed):
-                    slave.terminate()
-        if out is not None:
-            formats.convert(folder, format)
-        result = Result.read(folder)
-        result.folder = folder if out is not None else None
-        result.info = info | runinfo.ending(schedule, float(result.time[-1]), flight.failure) | {"rows": len(result)}
-        if metrics is not None and result.info["status"] == "finished":
-            result.info["metrics"] = dict(metrics(result))
-        result.info["wall_time"] = {"total": time.perf_counter() - began, "loop": flight.wall_time}
-        (folder / INFO).write_text(_json(result.info), encoding="utf-8")
-    if flight.failure is not None:
-        flight.failure.result = result
-        raise flight.failure
+        with _story(folder, info):
+            flight = _fly(experiment.master, plan, used, values, folder, progress)
+            failure = flight.failure
+            for name, slave in used.items():
+                if name != getattr(failure, "component", None):
+                    with suppress(CallFailed):
+                        slave.terminate()
+            if out is not None:
+                try:
+                    formats.convert(folder, format)
+                except ResultUnwritable as error:  # the stream stays, and is as good
+                    failure = failure or error
+            result = Result.read(folder)
+            result.folder = folder if out is not None else None
+            reached = float(result.time[-1]) if len(result) else None
+            result.info = info | runinfo.ending(schedule, reached, failure) | {"rows": len(result)}
+            if metrics is not None and result.info["status"] == "finished":
+                result.info["metrics"] = dict(metrics(result))
+            result.info["wall_time"] = {"total": time.perf_counter() - began, "loop": flight.wall_time}
+            _write_info(folder, result.info)
+    if failure is not None:
+        if isinstance(failure, SimulationError):
+            failure.result = result
+        raise failure
     return result
+
+
+@contextmanager
+def _story(folder: Path, info: Mapping[str, Any]) -> Generator[None]:
+    """Have run.json say "running" within, and why it ended if an exception leaves."""
+    _write_info(folder, info | {"status": "running"})
+    try:
+        yield
+    except BaseException as error:
+        with suppress(ResultUnwritable):
+            _write_info(folder, info | runinfo.broken(error))
+        raise
 
 
 @dataclass(frozen=True)
 class _Flight:
     wall_time: float
-    failure: SimulationError | None
+    failure: Exception | None
 
 
 def _fly(
@@ -108,22 +127,23 @@ def _fly(
     folder: Path,
     progress: Progress | None,
 ) -> _Flight:
-    """Run the loop with the recorder and the progress as its guests."""
-    failure: SimulationError | None = None
+    """Run the loop with the recorder and the progress as its guests; rows are kept whatever ends it."""
+    failure: Exception | None = None
     began = time.perf_counter()
-    with Recorder(folder, plan.columns) as recorder, interruptible() as stop:
-        run = master.steps(plan, slaves, values, recorder.block, stop)
-        try:
-            for done in run:
-                recorder.look()
-                if progress is not None:
-                    progress(to_seconds(plan.schedule.point(done)), to_seconds(plan.schedule.stop))
-        except KeyboardInterrupt:
-            pass  # the last row tells how far it came
-        except SimulationError as error:
-            failure = error
-        finally:
-            run.close()
+    try:
+        with Recorder(folder, plan.columns) as recorder, interruptible() as stop:
+            run = master.steps(plan, slaves, values, recorder.block, stop)
+            try:
+                for done in run:
+                    recorder.look()
+                    if progress is not None:
+                        progress(to_seconds(plan.schedule.point(done)), to_seconds(plan.schedule.stop))
+            except KeyboardInterrupt:
+                pass  # the last row tells how far it came
+            finally:
+                run.close()
+    except Exception as error:
+        failure = error
     return _Flight(time.perf_counter() - began, failure)
 
 
@@ -144,10 +164,23 @@ def refuse_existing(folder: Path) -> None:
 
 
 def clear(folder: Path) -> None:
-    """Make the folder; remove an older result in it, and nothing else."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for name in FILES:
-        (folder / name).unlink(missing_ok=True)
+    """Make the folder; remove an older result in it, and nothing else. Raises `ResultUnwritable`."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name in FILES:
+            (folder / name).unlink(missing_ok=True)
+    except OSError as error:
+        raise ResultUnwritable(folder, error.strerror or str(error)) from error
+
+
+def _write_info(folder: Path, info: Mapping[str, Any]) -> None:
+    """Write run.json whole or not at all. Raises `ResultUnwritable`."""
+    part = folder / f".{INFO}"
+    try:
+        part.write_text(_json(info), encoding="utf-8")
+        part.replace(folder / INFO)
+    except OSError as error:
+        raise ResultUnwritable(folder / INFO, error.strerror or str(error)) from error
 
 
 def _json(info: Mapping[str, Any]) -> str:
