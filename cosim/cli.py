@@ -1,24 +1,28 @@
-"""The command line, `adcs`: list, build, show, run, plot, reproduce. All of it is a Python API first."""
+"""The command line, `adcs`: list, build, show, run, plot, reproduce. All of it is a Python API first.
+
+A command imports what it needs: what flies and draws takes longer to import than a rebuild of nothing takes.
+"""
 
 from collections.abc import Callable
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from cosim import console, metrics, overrides, papers, plots, reproduce, scenario, show
+from cosim import console
 from cosim.errors import SimulationError, StepFailed, UnknownName
 from cosim.library import Library
-from cosim.masters.explicit import Explicit
-from cosim.result import Result
-from cosim.simulate import simulate
-from cosim.system import Experiment
 from cosim.time import parse_seconds
 from fmus import build as building
 from fmus.errors import BuildError
 from fmus.toolchain import SUFFIXES as PLATFORMS
+
+if TYPE_CHECKING:
+    from cosim.masters.explicit import Explicit
+    from cosim.result import Result
+    from cosim.system import Experiment
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=__doc__)
 
@@ -40,6 +44,8 @@ def _reported() -> Any:
 @app.command("list")
 def list_() -> None:
     """Components, systems and papers."""
+    from cosim import papers
+
     with _reported():
         console.listing("components (adcs build NAME)", building.component_docs())
         console.listing("systems (adcs run NAME)", papers.descriptions())
@@ -59,8 +65,14 @@ def build(
     with _reported():
         backends = building.BACKENDS if backend == "all" else (backend,)
         platforms = tuple(PLATFORMS) if platform == "all" else tuple(platform.split(","))
-        for name in names or list(building.component_docs()):
-            for path in show.built(name, backends, platforms, out, console.note):
+        for name in names or building.CATALOG:
+            if building.is_component(name):
+                paths = [building.build_reference(name, b, platforms, out, announce=console.note) for b in backends]
+            else:
+                from cosim import show
+
+                paths = show.built(name, backends, platforms, out, console.note)
+            for path in paths:
                 typer.echo(path)
 
 
@@ -71,6 +83,8 @@ def show_(
     master: Annotated[str, typer.Option(help="explicit, jacobi or gauss_seidel.")] = "explicit",
 ) -> None:
     """Connection table, evaluation order, feedthrough and loops of a system; the interface of an FMU."""
+    from cosim import scenario, show
+
     with _reported():
         if name.endswith(".fmu"):
             console.write(show.interface(Path(name)))
@@ -101,6 +115,9 @@ def run(
     force: Force = False,
 ) -> None:
     """Fly a system: build what is missing, simulate, print metrics and (for a paper's system) claims."""
+    from cosim import metrics, overrides, scenario
+    from cosim.simulate import simulate
+
     with _reported():
         system, experiment = scenario.load(name)
         locate = Library(backend, console.note)
@@ -141,6 +158,9 @@ def plot_(
     ] = None,
 ) -> None:
     """Draw one run, or several overlaid."""
+    from cosim import plots
+    from cosim.result import Result
+
     with _reported():
         results = {folder.name: Result.read(folder) for folder in folders}
         for path in plots.save(plots.figures(results), out or folders[0]):
@@ -157,6 +177,8 @@ def reproduce_(
     force: Force = False,
 ) -> None:
     """Fly every experiment of the papers, judge their claims, draw their figures."""
+    from cosim import papers, reproduce
+
     with _reported():
         locate = Library(backend, console.note)
         for paper in names or list(papers.PAPERS):
@@ -166,7 +188,9 @@ def reproduce_(
             console.files(report.files)
 
 
-def _master(name: str, extrapolation: int) -> Explicit:
+def _master(name: str, extrapolation: int) -> "Explicit":
+    from cosim.masters.explicit import Explicit
+
     presets: dict[str, Any] = {"explicit": "declared", "jacobi": "jacobi", "gauss_seidel": "gauss_seidel"}
     if name not in presets:
         raise UnknownName("master", name, "--master", list(presets))
@@ -175,13 +199,13 @@ def _master(name: str, extrapolation: int) -> Explicit:
 
 
 def _changed(
-    experiment: Experiment,
+    experiment: "Experiment",
     master: str | None,
     step: str | None,
     stop: str | None,
     extrapolation: int | None,
     every: int | None,
-) -> Experiment:
+) -> "Experiment":
     """Return the experiment with what the command line says instead."""
     changes: dict[str, Any] = {}
     if step is not None:
@@ -195,7 +219,7 @@ def _changed(
     return replace(experiment, **changes)
 
 
-def _fly(call: Callable[[], Result]) -> tuple[Result, StepFailed | None]:
+def _fly(call: "Callable[[], Result]") -> "tuple[Result, StepFailed | None]":
     """Return the result, complete or up to the failure."""
     try:
         return call(), None
@@ -203,8 +227,10 @@ def _fly(call: Callable[[], Result]) -> tuple[Result, StepFailed | None]:
         return failure.result, failure
 
 
-def _tell(name: str, result: Result, plot: bool, as_published: bool) -> None:
+def _tell(name: str, result: "Result", plot: bool, as_published: bool) -> None:
     """Print metrics, the claims that this run decides (of the paper's own parameters only), and the files written."""
+    from cosim import papers, plots
+
     console.summary(result)
     finished = result.info["status"] == "finished"
     if finished and as_published:

@@ -3,15 +3,17 @@
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from cosim.papers.claims import Verdict
-from cosim.result import Result
-from cosim.swap import SwapReport
+if TYPE_CHECKING:  # a message must not wait for what flies and draws
+    from cosim.papers.claims import Verdict
+    from cosim.result import Result
+    from cosim.swap import SwapReport
 
 _out = Console(soft_wrap=True, highlight=False)
 _err = Console(stderr=True, soft_wrap=True, highlight=False)
@@ -53,7 +55,7 @@ def progress(title: str) -> Generator[Callable[[float, float], None]]:
         yield show
 
 
-def swap(report: SwapReport) -> None:
+def swap(report: "SwapReport") -> None:
     """What replacing the FMU of an instance kept, dropped and added."""
     _out.print(f"{report.instance} = {report.reference}", markup=False)
     for word, entries in (("kept", report.kept), ("dropped", report.dropped), ("added", report.added)):
@@ -61,7 +63,7 @@ def swap(report: SwapReport) -> None:
             _out.print(f"  {word:8}{entry}", markup=False)
 
 
-def summary(result: Result) -> None:
+def summary(result: "Result") -> None:
     """How a run ended, how long it took, and its metrics."""
     info = result.info
     wall = info["wall_time"]
@@ -75,7 +77,7 @@ def summary(result: Result) -> None:
         _out.print(table)
 
 
-def claims(verdicts: Sequence[Verdict]) -> None:
+def claims(verdicts: "Sequence[Verdict]") -> None:
     """The claims of a paper beside what was measured."""
     if not verdicts:
         return

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import trapezoid
 from scipy.spatial.transform import Rotation
 
 from cosim.result import Result
@@ -32,7 +31,7 @@ def attitude(run: Result, threshold_deg: float = 0.1, rpe_interval_s: float = 10
     torque = first(run, "plant.tau_B", "controller.tau_command_B")
     if torque is not None and len(torque):
         found["peak torque (N.m)"] = np.max(np.abs(torque), axis=0).tolist()
-        found["torque impulse (N.m.s)"] = trapezoid(np.abs(torque), run.time, axis=0).tolist()
+        found["torque impulse (N.m.s)"] = (_weights(run.time) @ np.abs(torque)).tolist()
     for key, name in (
         ("peak modal coordinate (kg(1/2).m)", "plant.eta"),
         ("peak wheel speed (rad/s)", "actuators.wheel_speed"),

@@ -13,7 +13,7 @@ from cosim.names import split_element
 from cosim.slave import read_interface
 from cosim.system import Experiment, System
 from cosim.wiring import wire
-from fmus.build import build_reference
+from fmus.build import build_reference, is_component
 
 Locate = Callable[[str], Path]
 
@@ -76,7 +76,7 @@ def built(
     The FMUs of a system have the system's parameters as start values, so that they can be wired elsewhere as they are.
     """
     try:
-        found, _ = scenario.load(name) if not _is_component_file(name) else (None, None)
+        found, _ = scenario.load(name) if not is_component(name) else (None, None)
     except UnknownName:
         found = None
     if found is None:
@@ -90,11 +90,6 @@ def built(
                 values = _start_values(wiring, instance)
                 paths.append(build_reference(reference, backend, platforms, place, values, instance, note))
     return paths
-
-
-def _is_component_file(name: str) -> bool:
-    """Whether FILE.py:Class is meant: a class is written with a capital."""
-    return ".py:" in name and name.partition(".py:")[2][:1].isupper()
 
 
 def _start_values(wiring: Wiring, instance: str) -> dict[str, Any]:

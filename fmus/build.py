@@ -140,6 +140,12 @@ def _key(component: Component, backend: str, platforms: Sequence[str], name: str
     return digest.hexdigest()
 
 
+def is_component(reference: str) -> bool:
+    """Whether a reference names a component: a catalog name or FILE.py:Class (a class is written with a capital)."""
+    file, _, rest = reference.partition(".py:")
+    return rest[:1].isupper() if rest else file.partition(":")[0] in CATALOG
+
+
 def component_docs() -> dict[str, str]:
     """Return catalog name -> first line of what the component's module says about it."""
     docs: dict[str, str] = {}

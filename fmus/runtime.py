@@ -270,7 +270,7 @@ class Runtime:
                 raise RuntimeFailure(f"fmi2DoStep: state {name} is not finite at {self.t:.9g} s.")
 
     def _integrate(self, step: float) -> None:
-        largest = self.v.item(self._step_index)
+        largest = float(self.v[self._step_index])
         if not largest > 0 or step / largest > MOST_STEPS:
             raise RuntimeFailure(f"fmi2DoStep: solver.step = {largest:g} s does not suit a step of {step:g} s.")
         n = max(1, math.ceil(step / largest - 1e-9))

@@ -2,6 +2,7 @@
 
 import ast
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import components
@@ -38,7 +39,7 @@ def sources_of(module: str, folder: Path | None = None) -> Sources:
         if parent:
             todo.append(parent)
         package = name if is_package else parent
-        todo.extend(_imports(path, package))
+        todo.extend(_imports(path.read_text(encoding="utf-8"), str(path), package))
     return Sources(module, dict(sorted(found.items())))
 
 
@@ -55,10 +56,11 @@ def _locate(name: str, folder: Path | None) -> tuple[str, Path, bool] | None:
     return None
 
 
-def _imports(path: Path, package: str) -> list[str]:
+@cache  # by the text: components share most of the files that they import
+def _imports(text: str, path: str, package: str) -> tuple[str, ...]:
     """Return absolute names of the modules that a file may import, `from a import b` giving a and a.b."""
     names: list[str] = []
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), filename=str(path))):
+    for node in ast.walk(ast.parse(text, filename=path)):
         if isinstance(node, ast.Import):
             names += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -67,4 +69,4 @@ def _imports(path: Path, package: str) -> list[str]:
                 above = package.split(".")[: len(package.split(".")) - node.level + 1]
                 base = ".".join([*above, *([base] if base else [])])
             names += [base, *(f"{base}.{alias.name}" for alias in node.names)]
-    return names
+    return tuple(names)

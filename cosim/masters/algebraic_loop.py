@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import root
 
 from cosim.errors import AlgebraicLoop, CallFailed
 from cosim.masters.plan import Reading
@@ -68,6 +67,8 @@ class Loop:
         return bool(np.all(np.abs(self._passed(x) - x) <= TOLERANCE * np.maximum(1.0, np.abs(x))))
 
     def _root(self, start: FloatArray) -> FloatArray:
+        from scipy.optimize import root  # takes long to import, and few systems have a loop
+
         derivatives = all(
             self.exchange.slave(r.component).interface.provides_directional_derivative for r in self.readings
         )
