@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import Any, Literal
 
 from cosim.errors import UnknownName
-from cosim.names import Group, canonical, group
+from cosim.names import Group, canonical, group, split_element
 from cosim.units import EXPONENTS, BaseUnit, Conversion, Unit
 
 Type = Literal["Real", "Integer", "Boolean", "String", "Enumeration"]
@@ -93,6 +93,10 @@ class Interface:
             return found
         if name in self.variables:
             return Group((), (name,))
+        whole = self.groups.get(split_element(name)[0])
+        if whole is not None and whole.shape:
+            ends = whole.elements[0], whole.elements[-1]
+            raise UnknownName("element", name, where, [f"{ends[0]} to {ends[1]}"])
         raise UnknownName(kind, name, where, list(self.groups))
 
     def base_names(self, causality: str) -> list[str]:

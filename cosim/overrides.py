@@ -8,6 +8,7 @@ from typing import Any
 
 from cosim.errors import ParameterError, UnknownName
 from cosim.interface import Interface
+from cosim.names import split_element
 from cosim.slave import read_interface
 from cosim.swap import SwapReport, replace
 from cosim.system import System, Value
@@ -18,13 +19,15 @@ def parameter_file(path: Path) -> dict[str, Any]:
     try:
         tables = tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError as error:
-        raise ParameterError(str(path), "there is no such file") from error
-    except tomllib.TOMLDecodeError as error:
-        raise ParameterError(str(path), f"it is no TOML: {error}") from error
+        raise ParameterError(f"file {path}", "there is no such file") from error
+    except OSError as error:
+        raise ParameterError(f"file {path}", f"it cannot be read: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ParameterError(f"file {path}", f"it is no TOML: {error}") from error
     values: dict[str, Any] = {}
     for instance, table in tables.items():
         if not isinstance(table, Mapping):
-            raise ParameterError(f"{path}: {instance}", "it must be a table of an instance, as in [controller]")
+            raise ParameterError(f"file {path}", f"{instance} must be a table of an instance, as in [controller]")
         for name, value in table.items():
             values[f"{instance}.{name}"] = Value(value) if isinstance(value, str) else value
     return values
@@ -45,7 +48,7 @@ def assignments(texts: Iterable[str]) -> dict[str, Any]:
 
 def with_parameters(system: System, values: Mapping[str, Any]) -> System:
     """Return the system with parameters set, or held inputs where a name is one."""
-    held = {name: value for name, value in values.items() if name in system.held}
+    held = {name: value for name, value in values.items() if {name, split_element(name)[0]} & system.held.keys()}
     parameters = {name: value for name, value in values.items() if name not in held}
     return changed(system, parameters=system.parameters | parameters, held=system.held | held)
 

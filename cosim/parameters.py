@@ -95,7 +95,8 @@ class Parameters:
                 if (interface.variables[g.elements[0]].causality == "input") == (kind == "input")
                 and (kind == "input" or _settable(interface, g, False))
             ]
-            self.mistakes.append(UnknownName(kind, error.name, error.where, wanted))
+            element = error.kind == "element"  # of an array that is there
+            self.mistakes.append(error if element else UnknownName(kind, error.name, error.where, wanted))
             return None
 
     def _values(self, component: str, group: Group, name: str, value: Any) -> dict[Port, Scalar]:
@@ -104,6 +105,10 @@ class Parameters:
         text = isinstance(value, str) and variables[0].type == "String"
         given = value if isinstance(value, Value) else Value(None if text else value)
         numbers = value if text else plain(given.value)
+        if isinstance(numbers, str) and not text and variables[0].type == "Real":
+            problem = f"it is Real, the value {numbers!r} is no number, no list of numbers, no text like 0.005 deg"
+            self.mistakes.append(ParameterError(full, problem))
+            return {}
         shape = shape_of(numbers)
         if shape == () and len(group.shape) == 1:
             numbers, shape = [numbers] * group.shape[0], group.shape

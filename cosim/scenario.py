@@ -3,6 +3,7 @@
 import importlib.util
 import inspect
 import sys
+import traceback
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -42,7 +43,10 @@ def load(reference: str) -> Scenario:
             )
     if function not in found:
         raise UnknownName("function", function, str(path), list(found))
-    made = found[function]()
+    try:
+        made = found[function]()
+    except Exception as error:
+        raise ScenarioError(f"{path}:{function} fails: {_told(error, path)}") from error
     if not (
         isinstance(made, tuple) and len(made) == 2 and isinstance(made[0], System) and isinstance(made[1], Experiment)
     ):
@@ -62,10 +66,20 @@ def _module(path: Path) -> ModuleType:
     try:
         spec.loader.exec_module(module)
     except Exception as error:
-        raise ScenarioError(f"{path} cannot be run: {type(error).__name__}: {error}") from error
+        raise ScenarioError(f"{path} cannot be run: {_told(error, path)}") from error
     finally:
         sys.path.pop(0)
     return module
+
+
+def _told(error: Exception, file: Path) -> str:
+    """Return an exception as "Type: text (file.py, line 3)", the last line in the file's folder that it passed."""
+    folder, place = file.resolve().parent, ""
+    for frame in traceback.extract_tb(error.__traceback__):
+        path = Path(frame.filename).resolve()
+        if path.is_relative_to(folder):
+            place = f" ({path.relative_to(folder).as_posix()}, line {frame.lineno})"
+    return f"{type(error).__name__}: {error}{place if not isinstance(error, SyntaxError) else ''}"
 
 
 def _functions(module: ModuleType) -> dict[str, Callable[[], object]]:

@@ -106,10 +106,15 @@ _slaves: dict[int, "FmuSlave"] = {}
 _keys = itertools.count(1)
 
 
+_NOTHING = ("Fatal py exception encountered", "unknown error")
+"""Begin and end of what pythonfmu says of an exception that the slave has told itself."""
+
+
 def _log(environment: int | None, instance: bytes, status: int, category: bytes, message: bytes) -> None:
     slave = _slaves.get(environment or 0)
-    if slave is not None:
-        slave.messages.append((message or b"").decode("utf-8", "replace").rstrip())
+    text = (message or b"").decode("utf-8", "replace").rstrip()
+    if slave is not None and not (text.startswith(_NOTHING[0]) and text.endswith(_NOTHING[1])):
+        slave.messages.append(text)
 
 
 _logger = fmi2.fmi2CallbackLoggerTYPE(_log)

@@ -77,7 +77,8 @@ class _Checker:
             found = interface.find(variable, "variable", f'component "{component}"')
         except UnknownName as error:
             names = interface.base_names(causality)
-            self.mistakes.append(UnknownName(causality, error.name, error.where, names))
+            element = error.kind == "element"  # of an array that is there
+            self.mistakes.append(error if element else UnknownName(causality, error.name, error.where, names))
             return None
         first = interface.variables[found.elements[0]]
         if first.causality != causality:

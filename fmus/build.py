@@ -17,6 +17,7 @@ from components.catalog import CATALOG
 from components.framework import Component
 
 from . import references
+from .blame import blamed
 from .errors import BuildError
 from .native_fmu import build_native
 from .python_fmu import build_python, sources_of_component
@@ -36,9 +37,17 @@ def build(
     target = Path(path)
     if backend not in BACKENDS:
         raise BuildError(f"unknown back end {backend!r}. Back ends: {', '.join(BACKENDS)}.")
-    if backend == "python":
-        return build_python(component, target)
-    return build_native(component, target, platforms=platforms)
+    with blamed(_users_folder(component)):
+        if backend == "python":
+            return build_python(component, target)
+        return build_native(component, target, platforms=platforms)
+
+
+def _users_folder(component: Component) -> Path | None:
+    """Return the folder of a component that is not ours."""
+    module = sys.modules[type(component).__module__]
+    ours = type(component).__module__.partition(".")[0] == "components"
+    return None if ours or not module.__file__ else Path(module.__file__).resolve().parent
 
 
 def build_folder() -> Path:

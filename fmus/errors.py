@@ -25,6 +25,10 @@ class CompileFailed(BuildError):
         super().__init__(f"the compiler failed: {' '.join(command)}\n{output.strip()}")
 
 
+class ComponentFailed(BuildError):
+    """A component's own text contradicts itself or raises; the text has file and line where a file is to blame."""
+
+
 class UnknownComponent(BuildError):
     """A name is neither in the catalog nor a class in a file; fields: name."""
 

@@ -9,6 +9,7 @@ from components.catalog import CATALOG
 from components.framework import Component
 from components.framework.errors import nearest
 
+from .blame import blamed
 from .errors import UnknownComponent
 from .source_loader import import_from
 from .sources import sources_of
@@ -31,14 +32,15 @@ class Reference:
     def component(self) -> Component:
         """Return the component; no CasADi function is built."""
         if self.file is not None:
-            component = _class_of(self.file, self.name)()
+            make = _class_of(self.file, self.name)
         elif self.name in CATALOG:
-            component = CATALOG[self.name]()
+            make = CATALOG[self.name]
         else:
             known = sorted(CATALOG)
             text = f"unknown component {self.name!r}.{nearest(self.name, known)} Components: {', '.join(known)}."
             raise UnknownComponent(self.name, text)
-        return component.variant(**dict(self.structure)) if self.structure else component
+        with blamed(self.file and self.file.resolve().parent):
+            return make().variant(**dict(self.structure)) if self.structure else make()
 
 
 def parse(text: str) -> Reference:
@@ -62,9 +64,10 @@ def _classes(file: Path) -> dict[str, type[Component]]:
     if not file.is_file():
         raise UnknownComponent(str(file), f"there is no file {file}.")
     path = file.resolve()
-    sources = sources_of(path.stem, path.parent)
-    ours = {name for name, origin in sources.files.items() if origin.is_relative_to(path.parent)}
-    module = import_from(path.parent, ours, path.stem)
+    with blamed(path.parent):
+        sources = sources_of(path.stem, path.parent)
+        ours = {name for name, origin in sources.files.items() if origin.is_relative_to(path.parent)}
+        module = import_from(path.parent, ours, path.stem)
     members = inspect.getmembers(module, inspect.isclass)
     return {n: c for n, c in members if issubclass(c, Component) and c.__module__ == module.__name__}
 

@@ -14,10 +14,13 @@ import importlib
 import importlib.abc
 import importlib.util
 import sys
+import traceback
 from collections.abc import Iterable
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 from types import ModuleType
+
+MACHINERY = ("fmus/", "components/framework/")  # no mistake of an author's is looked for there
 
 
 def content_hash(root: Path, files: Iterable[str]) -> str:
@@ -36,6 +39,20 @@ def import_from(root: Path, files: Iterable[str], module: str) -> ModuleType:
     if not any(isinstance(f, _Finder) and f.package == package for f in sys.meta_path):
         sys.meta_path.insert(0, _Finder(root, files, package))
     return importlib.import_module(f"{package}.{module}")
+
+
+def told(error: BaseException, folder: Path) -> str | None:
+    """Return an exception as "Type: text (file.py, line 3)", the last line of `folder` that it passed; None if none."""
+    if isinstance(error, SyntaxError) and error.filename:
+        passed = [(Path(error.filename), error.lineno)]
+        error = SyntaxError(error.msg)
+    else:
+        passed = [(Path(frame.filename), frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]
+    for path, line in reversed(passed):
+        name = path.relative_to(folder).as_posix() if path.is_relative_to(folder) else ""
+        if name and not name.startswith(MACHINERY):
+            return f"{type(error).__name__}: {error} ({name}, line {line})"
+    return None
 
 
 class _Finder(importlib.abc.MetaPathFinder):

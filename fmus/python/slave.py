@@ -47,7 +47,10 @@ class ComponentSlave(Fmi2Slave):
                     f"{settings['model_name']}: the {what} of the edited source differ from modelDescription.xml "
                     f"({changed}). Rebuild the FMU with `adcs build`."
                 )
-        self.runtime = load(source, files, "fmus.runtime").Runtime(component, settings["model_name"])
+        runtime, told = load(source, files, "fmus.runtime"), load(source, files, "fmus.source_loader").told
+        refusals = (runtime.RuntimeFailure,)  # tell all by themselves, as native FMUs do
+        self._told = lambda e: str(e) if isinstance(e, refusals) else told(e, source) or f"{type(e).__name__}: {e}"
+        self.runtime = runtime.Runtime(component, settings["model_name"])
         self.get_real, self.set_real = self._guarded(self.runtime.get), self._guarded(self.runtime.set)
         self._advance = self._guarded(self.runtime.do_step)
 
@@ -58,7 +61,7 @@ class ComponentSlave(Fmi2Slave):
             try:
                 return function(*arguments)
             except Exception as error:
-                self.log(str(error), Fmi2Status.error)
+                self.log(self._told(error), Fmi2Status.error)
                 self.runtime.release()
                 raise
 
