@@ -189,6 +189,19 @@ class Plain(PythonComponent):
         return {"y": u.u}
 
 
+class Braces(Component):
+    """A component without any variable that moves."""
+
+    k = Parameter(unit="1", start=-1.0, doc="number")
+    y = Output(unit="1", doc="the same")
+
+    def outputs(self, t, x, u, p):
+        return {"y": p.k}
+
+    def check(self, t, x, u, p):
+        return [Condition(p.k, "{{k}} = {} ??/ \\ Ω %d", (p.k,))]
+
+
 def every() -> dict[str, Component]:
     """Return one of each that can be native, by name."""
     parts = [Swing(), Wheel(), Integrator(), Blowup(), Sum(), Gain(), Autonomous(), Clock()]

@@ -5,6 +5,8 @@ from itertools import count
 from pathlib import Path
 
 import fmpy
+import pytest
+from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import (
     FMU2Slave,
     calloc,
@@ -97,3 +99,10 @@ def names_of(component, model_name: str, *regions: str) -> list[str]:
     interface = Interface(component, model_name, derivatives=True)
     names = [s.name for s in interface.variables]
     return [names[interface.offset[r] + i] for r in regions for i in range(interface.size[r])]
+
+
+def refused(call, *arguments, **named) -> None:
+    """Expect a call to return fmi2Error."""
+    with pytest.raises(FMICallException) as caught:
+        call(*arguments, **named)
+    assert caught.value.status == 3
