@@ -5,6 +5,7 @@ pythonfmu writes no units, dependencies or initial unknowns and a random GUID, s
 
 import sys
 from dataclasses import dataclass
+from typing import Any
 
 from lxml import etree
 
@@ -13,6 +14,7 @@ from components.framework.units import BASE_UNITS, UNITS
 from .interface import Interface, Scalar, Unknown
 
 TOOL = "adcs-cosim"
+Element = Any  # lxml gives its element class no public name
 LOG_CATEGORIES = ("logAll", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal")
 
 
@@ -58,7 +60,7 @@ def _flag(value: bool) -> str:
     return "true" if value else "false"
 
 
-def _co_simulation(root: etree._Element, identifier: str, capabilities: Capabilities) -> None:
+def _co_simulation(root: Element, identifier: str, capabilities: Capabilities) -> None:
     element = etree.SubElement(
         root,
         "CoSimulation",
@@ -80,7 +82,7 @@ def _co_simulation(root: etree._Element, identifier: str, capabilities: Capabili
             etree.SubElement(sources, "File", name=name)
 
 
-def _units(root: etree._Element, interface: Interface) -> None:
+def _units(root: Element, interface: Interface) -> None:
     """Write the units that are used, with integer SI exponents; a unit with half exponents has a name only."""
     definitions = etree.SubElement(root, "UnitDefinitions")
     for name in sorted({s.unit for s in interface.variables if s.unit}):
@@ -93,7 +95,7 @@ def _units(root: etree._Element, interface: Interface) -> None:
             etree.SubElement(element, "DisplayUnit", name=display, factor=repr(factor))
 
 
-def _annotations(root: etree._Element, interface: Interface) -> None:
+def _annotations(root: Element, interface: Interface) -> None:
     """Mark what our master may use: outputs can be re-evaluated without a step; which outputs are step means."""
     tool = etree.SubElement(etree.SubElement(root, "VendorAnnotations"), "Tool", name=TOOL)
     slave = etree.SubElement(tool, "Slave", refresh="true", sampled=_flag(interface.component.sampled))
@@ -101,7 +103,7 @@ def _annotations(root: etree._Element, interface: Interface) -> None:
         etree.SubElement(slave, "StepMean", variable=name)
 
 
-def _variable(parent: etree._Element, scalar: Scalar) -> None:
+def _variable(parent: Element, scalar: Scalar) -> None:
     element = etree.SubElement(
         parent,
         "ScalarVariable",
@@ -130,7 +132,7 @@ def _variable(parent: etree._Element, scalar: Scalar) -> None:
         real.set("start", repr(scalar.start))
 
 
-def _structure(root: etree._Element, interface: Interface) -> None:
+def _structure(root: Element, interface: Interface) -> None:
     structure = etree.SubElement(root, "ModelStructure")
     sections: tuple[tuple[str, tuple[Unknown, ...]], ...] = (
         ("Outputs", interface.outputs),

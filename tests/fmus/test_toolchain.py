@@ -170,6 +170,7 @@ def test_a_universal_library_holds_every_slice(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.peers
 @pytest.mark.skipif(not toolchain._has_zig(), reason="ziglang is not installed")
 @pytest.mark.parametrize(
     ("platform", "magic"), [("linux64", b"\x7fELF"), ("win64", b"MZ"), ("darwin64", b"\xca\xfe\xba\xbe")]
