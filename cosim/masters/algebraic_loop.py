@@ -4,16 +4,14 @@ Solved with scipy's hybrid Powell method, with the Jacobian from the FMUs' direc
 give them, by differences where not; refused with the loop printed variable by variable where that fails.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cosim.errors import AlgebraicLoop, CallFailed
+from cosim.masters.exchange import Exchange
 from cosim.masters.plan import Reading
-
-if TYPE_CHECKING:
-    from cosim.masters.initialization import Exchange
 
 FloatArray = NDArray[np.float64]
 
@@ -29,7 +27,7 @@ def same_bits(a: FloatArray, b: FloatArray) -> bool:
 class Loop:
     """The outputs of a loop: `readings` one for each component, `path` the loop as text."""
 
-    def __init__(self, exchange: "Exchange", readings: tuple[Reading, ...], path: tuple[str, ...]) -> None:
+    def __init__(self, exchange: Exchange, readings: tuple[Reading, ...], path: tuple[str, ...]) -> None:
         self.exchange, self.readings, self.path = exchange, readings, path
         self.slots = np.concatenate([r.slots for r in readings])
         self.solved = False

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from cosim.errors import AlgebraicLoop, CallFailed, InitializationFailed
 from cosim.links import Wiring
 from cosim.masters.algebraic_loop import Loop, same_bits
+from cosim.masters.exchange import Exchange
 from cosim.masters.plan import AT_POINT, Plan, Reading
 from cosim.protocol import Slave
 from cosim.time import to_seconds
@@ -59,7 +60,7 @@ def _enter(plan: Plan, wiring: Wiring, slaves: Mapping[str, Slave]) -> None:
         slaves[port.component].set(slaves[port.component].interface.variables[port.variable], value)
 
 
-def _settle(plan: Plan, exchange: "Exchange") -> None:
+def _settle(plan: Plan, exchange: Exchange) -> None:
     """Sweep until no bit changes; n parts need at most n + 2 sweeps even where InitialUnknowns are wrong."""
     parts = [Loop(exchange, e.readings, e.loop) if e.loop else Chain(exchange, e.readings) for e in plan.initialization]
     before = exchange.values.copy()
@@ -87,40 +88,6 @@ def _read(plan: Plan, slaves: Mapping[str, Slave], values: FloatArray) -> FloatA
                 outputs.derivative_references, outputs.derivative_orders
             )
     return values
-
-
-class Exchange:
-    """The values of all slots in initialization mode, and which of them are known yet."""
-
-    def __init__(self, plan: Plan, slaves: Mapping[str, Slave]) -> None:
-        self.components = plan.components
-        self.slaves = slaves
-        self.values: FloatArray = np.zeros(plan.size)
-        self.known = np.zeros(plan.size, dtype=np.bool_)
-        constants = slice(plan.size - len(plan.constants), plan.size)
-        self.values[constants], self.known[constants] = plan.constants, True
-
-    def set_inputs(self, place: int) -> None:
-        """Set the inputs of a component whose sources are known; the others keep their start values."""
-        inputs = self.components[place].inputs
-        ready = self.known[inputs.source]
-        if ready.any():
-            values = inputs.factor[ready] * self.values[inputs.source[ready]] + inputs.addend[ready]
-            references = tuple(r for r, known in zip(inputs.references, ready, strict=True) if known)
-            self.slave(place).set_real(references, values)
-
-    def read(self, reading: Reading) -> FloatArray:
-        """Return outputs of a component as its inputs are now."""
-        return self.slave(reading.component).get_real(reading.references)
-
-    def store(self, reading: Reading, values: FloatArray) -> None:
-        """Make values known to the inputs that follow."""
-        self.values[reading.slots] = values
-        self.known[reading.slots] = True
-
-    def slave(self, place: int) -> Slave:
-        """Return the slave of a component by its place in the stepping order."""
-        return self.slaves[self.components[place].name]
 
 
 class Chain:
