@@ -5,6 +5,7 @@ Importing this builds no CasADi function; calling an entry declares variables on
 
 from collections.abc import Callable
 
+from .actuators.cmg_cluster import CmgCluster
 from .controllers.adaptive_tracking import AdaptiveTracking
 from .controllers.prescribed_performance import PrescribedPerformance
 from .environment.harmonic_torque import HarmonicTorque
@@ -15,6 +16,7 @@ from .plants.flexible_spacecraft import FlexibleSpacecraft
 
 CATALOG: dict[str, Callable[[], Component]] = {
     "AdaptiveTracking": AdaptiveTracking,
+    "CmgCluster": CmgCluster,
     "EulerSinusoid": EulerSinusoid,
     "FlexibleSpacecraft": FlexibleSpacecraft,
     "HarmonicTorque": HarmonicTorque,

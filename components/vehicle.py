@@ -9,15 +9,17 @@ modes the first ones are taken; further ones repeat the frequencies with zero co
 Frames: B body axes at the mass centre, N inertial, R reference.
 Source: C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible
 spacecraft, J. Harbin Inst. Tech. 50(4), 2018, Table 1; its initial attitude rates are
-read as rates of the Euler angles 1-2-3.
+read as rates of the Euler angles 1-2-3. AGILE: Y. Geng, W. Wu, G. Ma, Neural network compensation of flexible satellite
+rapid maneuver, J. Harbin Inst. Tech. 44(5), 2012, section 4.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from .attitude import euler
+from .attitude import cmg, euler
 from .attitude.vectors import asymmetry, smallest_eigenvalue
 from .framework import Component, Condition, Parameter
 
@@ -44,6 +46,62 @@ J = Parameter(unit="kg.m2", shape=(3, 3), start=INERTIA, doc="inertia of the und
 delta = Parameter(unit="kg(1/2).m", shape=("modes", 3), start=_coupling, doc="coupling of rotation and modes")
 Omega = Parameter(unit="rad/s", shape=("modes",), start=_frequency, doc="modal frequency, hub clamped")
 zeta = Parameter(unit="1", shape=("modes",), start=0.005, doc="modal damping ratio")
+
+
+def starting_at(inertia: Any, coupling: Any, frequency: Any, damping: Any) -> tuple[Parameter, ...]:
+    """Return J, delta, Omega, zeta with the numbers of another vehicle; coupling as F, a column a mode.
+
+    With fewer modes the first ones are taken; further ones repeat frequency and damping with zero coupling.
+    """
+    F = np.asarray(coupling)
+
+    def rows(component: Any) -> np.ndarray:
+        return np.pad(F.T, ((0, max(component.modes - F.shape[1], 0)), (0, 0)))[: component.modes]
+
+    def repeated(values: Any) -> Any:
+        return lambda component: np.resize(values, component.modes)
+
+    return (
+        replace(J, start=np.asarray(inertia)),
+        replace(delta, start=rows),
+        replace(Omega, start=repeated(frequency)),
+        replace(zeta, start=repeated(damping)),
+    )
+
+
+AGILE = starting_at(
+    [[70, 3, 4], [3, 60, 5], [4, 5, 90]],
+    [
+        [6.45637, -1.25619, 1.11687, 1.23637],
+        [1.27814, 0.91756, 2.48901, -2.65810],
+        [2.15629, -1.67264, -0.83674, -1.12503],
+    ],
+    [0.7681, 1.1038, 1.8733, 2.5496],
+    [0.005607, 0.008620, 0.01283, 0.02516],
+)
+
+class MomentumStorage:
+    """Gyros and wheels, nominal, as a cluster and the controllers that need it know them.
+
+    The start values are a pyramid of gyros as D. Ye, Z. Sun, Y. Liu, An adaptive control algorithm for hybrid actuator
+    with installation deviation, J. Harbin Inst. Tech. 48(11), 2016 has it, wheels on the body axes; chosen numbers.
+    """
+
+    gimbal_axes_B = Parameter(
+        unit="1", shape=(3, "gimbals"), start=lambda c: cmg.pyramid(c.gimbals)[0], doc="gimbal axes, a column a gyro"
+    )
+    rotor_axes_B = Parameter(
+        unit="1", shape=(3, "gimbals"), start=lambda c: cmg.pyramid(c.gimbals)[1], doc="rotor axes at gimbal angle 0"
+    )
+    rotor_momentum = Parameter(unit="N.m.s", shape=("gimbals",), start=8.0, doc="angular momentum of each gyro's rotor")
+    spin_axes_B = Parameter(
+        unit="1",
+        shape=(3, "wheels"),
+        start=lambda c: np.eye(3)[:, np.arange(c.wheels) % 3],
+        doc="spin axes, a column a wheel",
+    )
+    wheel_inertia = Parameter(unit="kg.m2", shape=("wheels",), start=0.02, doc="inertia of a wheel about its spin axis")
+
 
 _ANGLES = DEGREE * ca.DM([0.25, 0.15, -0.20])
 _ANGLE_RATES = DEGREE * ca.DM([0.02, 0.01, -0.02])
@@ -84,3 +142,10 @@ def flexible_conditions(component: Component, p: Any) -> list[Condition]:
             text = f"{name} has an element {{}} {unit}. No element may be negative."
             conditions.append(Condition(ca.mmin(values) >= 0, text, (ca.mmin(values),)))
     return conditions
+
+
+def quaternion_condition(name: str, q: Any) -> Condition:
+    """Return the condition that a quaternion given at the start is one of a rotation."""
+    norm = ca.norm_2(q)
+    text = f"{name} has norm {{}} at the start, a unit quaternion (within 1e-6) is needed. Divide it by its norm."
+    return Condition(1e-6 - ca.fabs(norm - 1), text, (norm,))

@@ -1,0 +1,126 @@
+"""Single-gimbal control moment gyros of constant rotor speed, with reaction wheels beside them; rates are commands.
+
+    s_i0 = nominal + ds_i,  t_i0 = nominal + dt_i,  a_j = nominal + da_j                          (1)
+    h_B = sum_i h_i s_i(gamma_i) + sum_j I_j Om_j a_j                                             (2)
+    tau_B = -h_B' = -sum_i h_i gamma_i' t_i(gamma_i) - sum_j I_j Om_j' a_j                        (3)
+    r_c = dead zone(limited(gimbal_rate_command))                                                 (4)
+    gamma' = r,  T r' = r_c - r;  T = 0: r = r_c                                                  (5)
+    Om_j' = wheel_acceleration_command_j within the motor's torque limit / I_j                    (6)
+s and t at gamma, nominal t_i0: attitude/cmg.py; limited (the direction is kept), dead zone and singularity (of the
+columns t): attitude/allocation.py.
+
+Symbols: gamma gimbal_angle, s rotor axis, t transverse axis, h rotor_momentum; Om wheel_speed, a spin axis, I
+wheel_inertia; T gimbal_lag. All axes in B. tau_B is the mean of (3) over the communication step.
+Source: D. Ye, Z. Sun, Y. Liu, An adaptive control algorithm for hybrid actuator with installation deviation, J. Harbin
+Inst. Tech. 48(11), 2016, equations (3), (5) and the deviations after (18). It prints no numbers of its cluster: those
+at the start were chosen, without deviation.
+Invariants: the total momentum of body and cluster, for any deviation: tau_B is what h_B loses.
+Limits: no inertia of the gimbals, no friction; J of the vehicle contains the rotors and does not move with gamma; the
+speed of a wheel has no limit. Deviations are element by element, as the paper has them: s_i0 need not stay a unit
+vector, so that they can stand for an error of h too.
+"""
+
+from typing import Any
+
+import casadi as ca
+
+from .. import vehicle
+from ..attitude import allocation, cmg
+from ..attitude.limits import saturated
+from ..framework import ActuatorCluster, Component, Condition, Input, Output, Parameter, State
+
+
+class CmgCluster(Component):
+    ports = vehicle.MomentumStorage
+    gimbals: int = 4  # structural: control moment gyros
+    wheels: int = 3  # structural: reaction wheels
+
+    rotor_deviation = Parameter(unit="1", shape=(3, "gimbals"), doc="ds, true minus nominal rotor axes")
+    transverse_deviation = Parameter(unit="1", shape=(3, "gimbals"), doc="dt, true minus nominal transverse axes")
+    spin_deviation = Parameter(unit="1", shape=(3, "wheels"), doc="da, true minus nominal spin axes")
+    gimbal_rate_limit = Parameter(
+        unit="rad/s", shape=("gimbals",), start=1e9, display_unit="deg/s", doc="largest gimbal rate, 1e9: none"
+    )
+    gimbal_dead_zone = Parameter(unit="rad/s", display_unit="deg/s", doc="gimbal rates below this are not carried out")
+    gimbal_lag = Parameter(unit="s", doc="T, time constant of the gimbal servos, 0: none")
+    wheel_torque_limit = Parameter(
+        unit="N.m", shape=("wheels",), start=1e9, doc="largest motor torque of a wheel, 1e9: none"
+    )
+
+    gimbal_rate_command = Input(
+        unit="rad/s", shape=("gimbals",), display_unit="deg/s", nominal=1e-2, doc="gimbal rates wanted"
+    )
+    wheel_acceleration_command = Input(unit="rad/s2", shape=("wheels",), doc="wheel accelerations wanted")
+
+    gimbal_angle = State(unit="rad", shape=("gimbals",), output=True, display_unit="deg", doc="gamma, gimbal angles")
+    servo_rate = State(unit="rad/s", shape=("gimbals",), nominal=1e-2, doc="rates of the gimbal servos, if they lag")
+    wheel_speed = State(
+        unit="rad/s", shape=("wheels",), output=True, nominal=100.0, doc="wheel speeds relative to the body"
+    )
+
+    tau_B = ActuatorCluster.tau_B
+    h_B = ActuatorCluster.h_B
+    gimbal_rate = Output(
+        unit="rad/s", shape=("gimbals",), display_unit="deg/s", nominal=1e-2, doc="gimbal rates carried out"
+    )
+    saturated = Output(unit="1", doc="1 where a limit shortens a command, else 0")
+    singularity = Output(unit="1", doc="det(A A^T), A the columns t; det(A^T A) of less than three gyros")
+
+    def derivatives(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        lagging = p.gimbal_lag > 0
+        wanted = self._rates_wanted(u, p)
+        return {
+            "gimbal_angle": ca.if_else(lagging, x.servo_rate, wanted),  # (5)
+            "servo_rate": ca.if_else(lagging, wanted - x.servo_rate, 0) / ca.if_else(lagging, p.gimbal_lag, 1),  # (5)
+            "wheel_speed": self._accelerations(u, p),  # (6)
+        }
+
+    def step_means(self, t: Any, x: Any, p: Any) -> dict[str, Any]:
+        return {"tau_B": -self._momentum(x, p)}  # (3)
+
+    def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        wanted, accelerations = self._rates_wanted(u, p), self._accelerations(u, p)
+        limited = allocation.limited(u.gimbal_rate_command, p.gimbal_rate_limit)
+        cut = ca.vertcat(limited - u.gimbal_rate_command, accelerations - u.wheel_acceleration_command)
+        return {
+            "h_B": self._momentum(x, p),
+            "gimbal_rate": ca.if_else(p.gimbal_lag > 0, x.servo_rate, wanted),
+            "saturated": ca.sumsqr(cut) > 0,
+            "singularity": allocation.singularity(self._directions(x, p)[1]),
+        }
+
+    def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
+        transverse = cmg.transverse(p.gimbal_axes_B, p.rotor_axes_B)
+        conditions = cmg.geometry_conditions(p.gimbal_axes_B, p.rotor_axes_B)
+        for name in ("gimbal_axes_B", "rotor_axes_B", "spin_axes_B"):
+            conditions += allocation.axis_conditions(name, vars(p)[name], spanning=False)
+        every = ca.horzcat(p.rotor_axes_B, transverse, p.spin_axes_B)
+        conditions.append(allocation.spanning_condition("rotor, transverse and spin axes together", every))
+        for name in ("rotor_momentum", "wheel_inertia", "gimbal_rate_limit", "wheel_torque_limit"):
+            unit = next(v.unit for v in self.parameters if v.name == name)
+            for i in range(vars(p)[name].numel()):
+                value = vars(p)[name][i]
+                conditions.append(Condition(value, f"{name}[{i + 1}] = {{}} {unit}: it must be positive.", (value,)))
+        zone = p.gimbal_dead_zone
+        conditions.append(Condition(zone >= 0, "gimbal_dead_zone = {} rad/s: it must not be negative.", (zone,)))
+        step = vars(p)["solver.step"]
+        text = "gimbal_lag = {} s: it must be 0 or at least half the internal step, solver.step = {} s."
+        fits = ca.logic_or(p.gimbal_lag == 0, p.gimbal_lag >= step / 2)
+        return [*conditions, Condition(fits, text, (p.gimbal_lag, step))]
+
+    def _rates_wanted(self, u: Any, p: Any) -> Any:
+        limited = allocation.limited(u.gimbal_rate_command, p.gimbal_rate_limit)
+        return allocation.dead_zone(limited, p.gimbal_dead_zone)  # (4)
+
+    def _accelerations(self, u: Any, p: Any) -> Any:
+        return saturated(u.wheel_acceleration_command, p.wheel_torque_limit / p.wheel_inertia)  # (6)
+
+    def _directions(self, x: Any, p: Any) -> tuple[Any, Any]:
+        s_0 = p.rotor_axes_B + p.rotor_deviation  # (1)
+        t_0 = cmg.transverse(p.gimbal_axes_B, p.rotor_axes_B) + p.transverse_deviation  # (1)
+        return cmg.rotated(s_0, t_0, x.gimbal_angle)
+
+    def _momentum(self, x: Any, p: Any) -> Any:
+        s, _ = self._directions(x, p)
+        wheels = (p.spin_axes_B + p.spin_deviation) @ (p.wheel_inertia * x.wheel_speed)  # (1)
+        return s @ p.rotor_momentum + wheels  # (2)
