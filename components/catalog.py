@@ -6,20 +6,40 @@ Importing this builds no CasADi function; calling an entry declares variables on
 from collections.abc import Callable
 
 from .actuators.cmg_cluster import CmgCluster
+from .actuators.reaction_wheels import ReactionWheels
+from .controllers.adaptive_l2_gain import AdaptiveL2Gain
 from .controllers.adaptive_tracking import AdaptiveTracking
+from .controllers.integral_sliding_mode import IntegralSlidingMode
+from .controllers.pid import PID
 from .controllers.prescribed_performance import PrescribedPerformance
+from .environment.gravity_gradient import GravityGradient
 from .environment.harmonic_torque import HarmonicTorque
 from .environment.sum import Sum
+from .estimators.modal_observer import ModalObserver
 from .framework import Component
+from .guidance.attitude_step import AttitudeStep
 from .guidance.euler_sinusoid import EulerSinusoid
+from .guidance.orbit_frame import OrbitFrame
+from .guidance.orbit_frame_from_state import OrbitFrameFromState
+from .guidance.slew import Slew
 from .plants.flexible_spacecraft import FlexibleSpacecraft
 
 CATALOG: dict[str, Callable[[], Component]] = {
+    "AdaptiveL2Gain": AdaptiveL2Gain,
     "AdaptiveTracking": AdaptiveTracking,
+    "AttitudeStep": AttitudeStep,
     "CmgCluster": CmgCluster,
     "EulerSinusoid": EulerSinusoid,
     "FlexibleSpacecraft": FlexibleSpacecraft,
+    "GravityGradient": GravityGradient,
     "HarmonicTorque": HarmonicTorque,
+    "IntegralSlidingMode": IntegralSlidingMode,
+    "ModalObserver": ModalObserver,
+    "OrbitFrame": OrbitFrame,
+    "OrbitFrameFromState": OrbitFrameFromState,
+    "PID": PID,
     "PrescribedPerformance": PrescribedPerformance,
+    "ReactionWheels": ReactionWheels,
+    "Slew": Slew,
     "Sum": Sum,
 }

@@ -105,9 +105,11 @@ def R_321(theta: Any) -> Any:
     return ca.vertcat(ca.horzcat(1, 0, -ca.sin(th)), row_2, row_3)  # (7)
 
 
-def rates_321(theta: Any, omega: Any) -> Any:
-    """Return theta' of sequence 3-2-1 from the body rate."""
+def rates_321(theta: Any, omega: Any, floor: float = 0.0) -> Any:
+    """Return theta' of sequence 3-2-1 from the body rate; |cos th| counts as at least `floor`, so that it is finite."""
     phi, th, _ = ca.vertsplit(theta)
+    level = ca.cos(th)
+    level = ca.if_else(level < 0, -1, 1) * ca.fmax(ca.fabs(level), floor)
     turn = ca.sin(phi) * omega[1] + ca.cos(phi) * omega[2]
     pitch = ca.cos(phi) * omega[1] - ca.sin(phi) * omega[2]
-    return ca.vertcat(omega[0] + ca.tan(th) * turn, pitch, turn / ca.cos(th))  # (7)
+    return ca.vertcat(omega[0] + ca.sin(th) / level * turn, pitch, turn / level)  # (7)

@@ -5,6 +5,8 @@
     dcm_BN = (q0^2 - qv . qv) I + 2 qv qv^T - 2 q0 skew(qv),   v_B = dcm_BN v_N                   (3)
     q_BR = q_RN* (x) q_BN, with the sign of a scalar part >= 0: the short way                     (4)
     rotation vector: e = 2 atan(n / q0) qv / n,  n = |qv|;  near n = 0 the series of atan         (5)
+    turn by an angle a about a unit axis: [cos(a/2); sin(a/2) axis]                               (6)
+    4 q q^T from dcm_BN; q is its column with the largest diagonal element, scalar part >= 0      (7)
 
 Source: textbook identities; the tests compare each with scipy.spatial.transform.Rotation (scalar_first=True).
 Invariants: (2) keeps |q|; (5) has all derivatives at zero; (4), (5) and the angles from (3) are those of q / |q|.
@@ -27,6 +29,11 @@ def conjugate(q: Any) -> Any:
     return ca.vertcat(q[0], -q[1:4])
 
 
+def about(axis: Any, angle: Any) -> Any:
+    """Return the quaternion of a turn by an angle about a unit axis."""
+    return ca.vertcat(ca.cos(angle / 2), ca.sin(angle / 2) * axis)  # (6)
+
+
 def normalised(q: Any) -> Any:
     """Return q / |q|."""
     return q / ca.sqrt(ca.dot(q, q))
@@ -41,6 +48,19 @@ def dcm(q: Any) -> Any:
     """Return dcm_BN of q_BN, which takes v_N to v_B."""
     q0, qv = q[0], q[1:4]
     return (q0**2 - ca.dot(qv, qv)) * ca.DM.eye(3) + 2 * qv @ qv.T - 2 * q0 * ca.skew(qv)  # (3)
+
+
+def from_dcm(C: Any) -> Any:
+    """Return q_BN of dcm_BN, its scalar part not negative."""
+    trace = ca.trace(C)
+    first = ca.vertcat(1 + trace, C[1, 2] - C[2, 1], C[2, 0] - C[0, 2], C[0, 1] - C[1, 0])
+    rest = C + C.T + (1 - trace) * ca.SX.eye(3)
+    columns = ca.horzcat(first, ca.vertcat(first[1:4].T, rest))  # (7)
+    best, size = columns[:, 0], columns[0, 0]
+    for k in range(1, 4):
+        larger = columns[k, k] > size
+        best, size = ca.if_else(larger, columns[:, k], best), ca.if_else(larger, columns[k, k], size)
+    return normalised(best) * ca.if_else(best[0] < 0, -1, 1)
 
 
 def rate(q: Any, omega: Any) -> Any:

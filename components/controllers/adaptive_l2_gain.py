@@ -1,0 +1,196 @@
+"""Adaptive L2-gain attitude tracking with input constraint, axis by axis in Euler angles 3-2-1.
+
+theta angles from the reference to the body, w_e = omega_BN_B - dcm_BR omega_RN_R, T the unit of time of the gains:
+    theta' = R^-1 w_e                                                                             (1)
+    z1 = theta,  z2 = theta' - alpha,  alpha = -(k + 1/2) z1 / T,  alpha' = -(k + 1/2) theta' / T (2)
+    X_j = exp(-(|theta - c_j|^2 + T^2 |theta' - c'_j|^2) / sigma^2)                               (3)
+    f_hat = W_f X,  g_hat = max(W_g X / J_n, g_min)                                               (4)
+    u_adap = -f_hat + alpha' - z1 / T^2 - p1 z2 / T                                               (16)
+    u_rob = -kappa e2 / T,  kappa = (gamma^2 + 1) / (2 gamma^2)                                   (16a)
+    u = (u_adap + u_rob) / g_hat,  tau_command = sat(u)                                           (27)
+    W_f' = c1 e2 X^T / T^2                                                                        (28a)
+    W_g' = c2 T^2 e2 sat(u) X^T / J_n; 0 where W_g X / J_n <= g_min and it would fall further     (28b)
+    e1' = -p1 e1 / T + g_hat (sat(u) - u),  e2 = z2 - e1                                          (29)
+J_n: the diagonal of J (normalised), or 1 kg m^2, as the print has it. torque_limit = 1e9: Theorem 1, without constraint
+e1 = 0. With true f, g: V3 = sum z1^2/T^2 + e2^2 + |W_f~|^2 T^2/c1 + |W_g~|^2/(c2 T^2), halved, has on each axis
+    V3' = -(k + 1/2) z1^2 / T^3 + e1 z1 / T^2 - (p1 + kappa) e2^2 / T + e2 (what f, g leave over) (30)
+
+Frames: B body, R reference. Symbols: rows of W_f, W_g are axes.
+Source: B. Xiao, Q. Hu, G. Ma, Adaptive L2-gain controller for flexible spacecraft attitude tracking, Control Theory &
+Applications 28(1), 2011, (16) and (27)-(29). Changed: u in (17b) is sat(u); floor, projection and J_n are not in it;
+(1)-(4) and (30) are numbers of this file. The start weights are 30 draws from (0, 1), as the paper says.
+Invariants: (30) while the floor is not reached; at theta = w_e = 0, W_f = 0, e1 = 0 no torque.
+Limits: near a pitch of 90 deg (0.06 deg) `gimbal_lock` reports it and |cos| counts as 1e-3: the torque is bounded and
+means nothing. No feedforward of the reference's acceleration: f_hat learns it. X vanishes beyond some 3 rad: the floor
+acts, `floor_active` reports it. With the printed scale (J_n = 1 kg m^2) it does not settle. The L2 bound of Theorem 2
+does not hold while saturated.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from .. import vehicle
+from ..attitude import euler, quaternion
+from ..attitude.limits import floored, saturated
+from ..attitude.rbf import gaussian
+from ..framework import AttitudeController, Component, Condition, Input, Output, Parameter, State
+from ..vehicle import DEGREE
+
+INERTIA = [[1200.0, 0.0, 0.0], [0.0, 1000.0, 0.0], [0.0, 0.0, 1500.0]]
+START_THETA = np.array([4.4 / 1200, -4.4 / 1000, 4.4 / 1500])  # rad, case S: J_i |theta_i| = 4.4 kg m^2
+ORBIT_RATE = 1.078e-3  # rad/s
+START_Q_BN = euler.quaternion_from_321(ca.DM(START_THETA))
+START_OMEGA_BN_B = quaternion.dcm(START_Q_BN) @ ca.DM([0, -ORBIT_RATE, 0])
+LOCK = 1e-3
+
+
+def _drawn(part: int) -> Any:
+    """Return the start weights: rows of uniform(0, 1) from a fixed seed, first those of f, then those of g."""
+
+    def start(component: Any) -> np.ndarray:
+        return np.random.default_rng(2011).uniform(size=(2, 3, component.nodes))[part]
+
+    return start
+
+
+@dataclass(frozen=True)
+class Law:
+    """What the outputs and the rates of the law are made of."""
+
+    theta: Any
+    X: Any
+    z2: Any
+    e2: Any
+    f_hat: Any
+    product: Any
+    g_hat: Any
+    u: Any
+    u_out: Any
+    lock: Any
+
+
+class AdaptiveL2Gain(Component):
+    ports = AttitudeController
+    nodes: int = 5  # structural: nodes of the networks
+
+    J = replace(vehicle.J, start=INERTIA)
+    normalised = Parameter(unit="1", start=1.0, doc="1: weights of g in units of 1/J_ii, 0: of 1/(kg m^2), as printed")
+    torque_limit = Parameter(unit="N.m", shape=(3,), start=0.2, doc="u_max, limit per body axis; 1e9: none (Theorem 1)")
+    time_unit = Parameter(unit="s", start=1.0, doc="T, unit of time of the gains and of the widths")
+    k = Parameter(unit="1", start=5.0, doc="gain of the angles")
+    p1 = Parameter(unit="1", start=10.0, doc="gain of the filtered error, rate of the auxiliary system")
+    gamma = Parameter(unit="1", start=0.2, doc="L2 gain that is asked for")
+    c1 = Parameter(unit="1", start=100.0, doc="adaptation gain of the weights of f")
+    c2 = Parameter(unit="1", start=100.0, doc="adaptation gain of the weights of g")
+    g_min = Parameter(unit="1/(kg.m2)", start=0.2 / 1500.0, nominal=1e-3, doc="floor of the estimated input gain")
+    centres = Parameter(unit="rad", shape=(3, "nodes"), doc="centres in theta, a column a node")
+    rate_centres = Parameter(unit="rad/s", shape=(3, "nodes"), doc="centres in theta', a column a node")
+    width = Parameter(unit="rad", start=1.5, doc="sigma, width of the nodes; in theta' it is sigma / T")
+
+    q_BN = Input(unit="1", shape=(4,), start=START_Q_BN.full().ravel(), doc="attitude of the body, scalar first")
+    omega_BN_B = Input(
+        unit="rad/s",
+        shape=(3,),
+        start=START_OMEGA_BN_B.full().ravel(),
+        display_unit="deg/s",
+        nominal=1e-2,
+        doc="body rate",
+    )
+    omega_RN_R = Input(
+        unit="rad/s",
+        shape=(3,),
+        start=(0.0, -ORBIT_RATE, 0.0),
+        display_unit="deg/s",
+        nominal=1e-2,
+        doc="rate of the reference",
+    )
+
+    W_f = State(unit="1/s2", shape=(3, "nodes"), start=_drawn(0), nominal=0.1, doc="weights of f, a row an axis")
+    W_g = State(unit="1", shape=(3, "nodes"), start=_drawn(1), doc="weights of g times J_n, a row an axis")
+    e1 = State(unit="rad/s", shape=(3,), output=True, nominal=1e-2, doc="auxiliary system")
+
+    theta = Output(unit="rad", shape=(3,), display_unit="deg", nominal=1e-2, doc="roll, pitch, yaw (Euler 3-2-1)")
+    z2 = Output(unit="rad/s", shape=(3,), nominal=1e-2, doc="filtered error")
+    f_hat = Output(unit="1/s2", shape=(3,), doc="estimated acceleration without torque")
+    g_hat = Output(unit="1/(kg.m2)", shape=(3,), nominal=1e-3, doc="estimated input gain, not under its floor")
+    u = Output(unit="N.m", shape=(3,), doc="torque before the limit")
+    saturated = Output(unit="1", doc="number of axes at their limit")
+    floor_active = Output(unit="1", doc="number of axes whose estimated input gain is held at its floor")
+    gimbal_lock = Output(unit="1", doc="1 where the pitch is within 0.06 deg of +-90 deg, else 0")
+
+    def derivatives(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        law = self._law(x, u, p)
+        J_n, T = self._scale(p), p.time_unit
+        growth = p.c2 * T**2 * law.e2 * law.u_out / J_n
+        return {
+            "W_f": p.c1 * law.e2 @ law.X.T / T**2,  # (28a)
+            "W_g": floored(law.product, growth, p.g_min) @ law.X.T,  # (28b)
+            "e1": -p.p1 * x.e1 / T + law.g_hat * (law.u_out - law.u),  # (29)
+        }
+
+    def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        law = self._law(x, u, p)
+        return {
+            "tau_command_B": law.u_out,
+            "attitude_error": quaternion.rotation_vector(quaternion.error(u.q_BN, u.q_RN)),
+            "theta": law.theta,
+            "z2": law.z2,
+            "f_hat": law.f_hat,
+            "g_hat": law.g_hat,
+            "u": law.u,
+            "saturated": ca.sum1(abs(law.u) > p.torque_limit),
+            "floor_active": ca.sum1(law.product <= p.g_min),
+            "gimbal_lock": law.lock,
+        }
+
+    def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
+        conditions = vehicle.inertia_conditions(p.J)
+        for name in ("time_unit", "p1", "gamma", "c1", "c2", "g_min", "width", "torque_limit"):
+            least = ca.mmin(vars(p)[name])
+            unit = next(v.unit for v in self.parameters if v.name == name)
+            conditions.append(Condition(least, f"{name} = {{}} {unit}: it must be positive.", (least,)))
+        text = "k = {} 1: it must not be below -1/2."
+        conditions.append(Condition(p.k + 0.5, text, (p.k,)))
+        law = self._law(x, u, p)
+        for i, axis in enumerate(("roll", "pitch", "yaw")):
+            text = (
+                f"ghat(0) of {axis}, row {i + 1} of W_g times X over its inertia, is {{}} 1/(kg.m2), under its floor "
+                "g_min = {} 1/(kg.m2). Start with larger weights or a smaller floor."
+            )
+            conditions.append(Condition(law.product[i] - p.g_min, text, (law.product[i], p.g_min)))
+        pitch = law.theta[1]
+        text = "pitch is {} deg from the reference at the start: the law has Euler angles 3-2-1, singular at +-90 deg."
+        return [*conditions, Condition(1 - law.lock, text, (pitch / DEGREE,))]
+
+    def _scale(self, p: Any) -> Any:
+        """Return J_n."""
+        return ca.if_else(p.normalised > 0.5, ca.diag(p.J), ca.SX.ones(3))
+
+    def _law(self, x: Any, u: Any, p: Any) -> Law:
+        q_BR, T = quaternion.error(u.q_BN, u.q_RN), p.time_unit
+        theta = euler.angles_321(q_BR)
+        theta_dot = euler.rates_321(theta, u.omega_BN_B - quaternion.dcm(q_BR) @ u.omega_RN_R, LOCK)  # (1)
+        slope = (p.k + 0.5) / T
+        z2 = theta_dot + slope * theta  # (2)
+        width = p.width / np.sqrt(2)
+        X = gaussian((theta, p.centres, width), (theta_dot, p.rate_centres, width / T))  # (3)
+        f_hat, product = x.W_f @ X, x.W_g @ X / self._scale(p)
+        g_hat = ca.fmax(product, p.g_min)  # (4)
+        e2, kappa = z2 - x.e1, (p.gamma**2 + 1) / (2 * p.gamma**2)
+        adaptive = -f_hat - slope * theta_dot - theta / T**2 - p.p1 * z2 / T  # (16)
+        raw = (adaptive - kappa * e2 / T) / g_hat  # (16a)
+        return Law(
+            theta=theta,
+            X=X,
+            z2=z2,
+            e2=e2,
+            f_hat=f_hat,
+            product=product,
+            g_hat=g_hat,
+            u=raw,
+            u_out=saturated(raw, p.torque_limit),  # (27)
+            lock=ca.fabs(ca.cos(theta[1])) < LOCK,
+        )

@@ -1,0 +1,44 @@
+"""Reference attitude of a spacecraft that points to the Earth: the orbit frame (LVLH) of its position and velocity.
+
+    z_R = -r / |r|,  y_R = -h / |h|,  x_R = y_R x z_R,  h = r x v;  rows of dcm_RN                (1)
+    omega_RN_R = (0, -|h| / r^2, 0)                                                               (2)
+    omega_RN_R' = (0, 2 |h| (r . v) / r^4, 0)                                                     (3)
+    q_RN from dcm_RN: the scalar part not negative                                                (4)
+
+Frames: R reference, the orbit frame: x along the velocity on a circle, y opposite to the orbit normal, z to nadir; N
+inertial. Symbols: r r_N, v v_N.
+Source: kinematics of a motion in a plane, textbook; (4) is J. Stuelpnagel's relation of elements, taken at the largest.
+Invariants: |q_RN| = 1.
+Limits: (2), (3) take the plane of the orbit as fixed and h as constant, exact on any Kepler orbit; what turns the plane
+or changes h (1e-6 rad/s for J2) is left out. q_RN changes its sign at half a turn: controllers take q and -q as one.
+"""
+
+from typing import Any
+
+import casadi as ca
+
+from ..attitude import quaternion
+from ..framework import Component, Condition, Guidance, Input
+
+
+class OrbitFrameFromState(Component):
+    ports = Guidance
+
+    r_N = Input(unit="m", shape=(3,), start=(6.871e6, 0.0, 0.0), nominal=7e6, doc="position from the Earth's centre")
+    v_N = Input(unit="m/s", shape=(3,), start=(0.0, 7616.6, 0.0), nominal=7e3, doc="inertial velocity")
+
+    def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        r2, h = ca.sumsqr(u.r_N), ca.cross(u.r_N, u.v_N)
+        z, y = -u.r_N / ca.sqrt(r2), -h / ca.norm_2(h)
+        dcm_RN = ca.vertcat(ca.cross(y, z).T, y.T, z.T)  # (1)
+        rate = ca.norm_2(h) / r2
+        return {
+            "q_RN": quaternion.from_dcm(dcm_RN),  # (4)
+            "omega_RN_R": ca.vertcat(0, -rate, 0),  # (2)
+            "omega_dot_RN_R": ca.vertcat(0, 2 * rate * ca.dot(u.r_N, u.v_N) / r2, 0),  # (3)
+        }
+
+    def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
+        across = ca.norm_2(ca.cross(u.r_N, u.v_N)) - 1e-6 * ca.norm_2(u.r_N) * ca.norm_2(u.v_N)
+        text = "r_N and v_N are parallel or zero at the start (|r_N| = {} m, |v_N| = {} m/s): they span no orbit plane."
+        return [Condition(across, text, (ca.norm_2(u.r_N), ca.norm_2(u.v_N)))]
