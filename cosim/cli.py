@@ -1,9 +1,8 @@
-"""The command line, `adcs`: list, build, show, run, plot, reproduce. All of it is a Python API first.
+"""The command line, `adcs`: list, build, show, run, plot, reproduce. What it does is in the modules that it calls.
 
 A command imports what it needs: what flies and draws takes longer to import than a rebuild of nothing takes.
 """
 
-from collections.abc import Callable
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from cosim import console
-from cosim.errors import SimulationError, StepFailed, UnknownName
+from cosim.errors import SimulationError, UnknownName
 from cosim.library import Library
 from cosim.time import parse_seconds
 from fmus import build as building
@@ -24,26 +23,39 @@ if TYPE_CHECKING:
     from cosim.result import Result
     from cosim.system import Experiment
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=__doc__)
+HELP = """Spacecraft attitude-control co-simulation with FMI 2.0 FMUs.
 
-Backend = Annotated[Literal["native", "python"], typer.Option(help="Back end of the FMUs that are built.")]
-Out = Annotated[Path | None, typer.Option("--out", "-o", help="Folder for the results.")]
+First steps: adcs list, then adcs run zhang2018-ppatc --plot."""
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=HELP)
+
+Backend = Annotated[
+    Literal["native", "python"],
+    typer.Option(help="Back end of the FMUs that are built: C, or Python that can be edited."),
+]
+Master = Annotated[
+    str | None,
+    typer.Option(
+        help="explicit (timings as the system declares them), jacobi (all at_point) or gauss_seidel (after_step where "
+        "the source is declared before the target). Default: the experiment's own."
+    ),
+]
 Force = Annotated[bool, typer.Option("--force", help="Replace a result that is already there.")]
 
 
 @contextmanager
 def _reported() -> Any:
-    """Turn what a user can cause into one message and exit status 2."""
+    """Turn what a user can cause into one message and exit status 2, or 1 where a simulation had begun."""
     try:
         yield
     except (SimulationError, BuildError) as error:
         console.error(error)
-        raise typer.Exit(2) from error
+        raise typer.Exit(1 if getattr(error, "result", None) is not None else 2) from error
 
 
 @app.command("list")
 def list_() -> None:
-    """Components, systems and papers."""
+    """List components, systems and papers, a line each."""
     from cosim import papers
 
     with _reported():
@@ -55,13 +67,23 @@ def list_() -> None:
 @app.command()
 def build(
     names: Annotated[
-        list[str] | None, typer.Argument(help="NAME, FILE.py:Class[:modes=6] or a SYSTEM; all if none.")
+        list[str] | None,
+        typer.Argument(metavar="[NAME]...", help="NAME, FILE.py:Class, NAME:modes=6 or a SYSTEM; all NAMEs if none."),
     ] = None,
-    out: Annotated[Path | None, typer.Option("--out", "-o", help="Folder for the FMUs.")] = None,
-    backend: Annotated[Literal["native", "python", "all"], typer.Option(help="Back end.")] = "native",
-    platform: Annotated[str, typer.Option(help=f"host, {', '.join(PLATFORMS)} or all; several with commas.")] = "host",
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Folder for the FMUs. Default: for a SYSTEM one of its name.")
+    ] = None,
+    backend: Annotated[
+        Literal["native", "python", "all"], typer.Option(help="C, Python that can be edited, or both.")
+    ] = "native",
+    platform: Annotated[
+        str, typer.Option(help=f"Of native FMUs: host, {', '.join(PLATFORMS)} or all; several with commas.")
+    ] = "host",
 ) -> None:
-    """Build FMUs: a SYSTEM gives one FMU per instance, with the system's parameters as start values."""
+    """Build FMUs that are missing or out of date, and print their paths.
+
+    A SYSTEM gives one FMU per instance, with the system's parameters as start values.
+    """
     with _reported():
         backends = building.BACKENDS if backend == "all" else (backend,)
         platforms = tuple(PLATFORMS) if platform == "all" else tuple(platform.split(","))
@@ -78,43 +100,61 @@ def build(
 
 @app.command("show")
 def show_(
-    name: Annotated[str, typer.Argument(help="SYSTEM, FILE.py[:function] or FILE.fmu.")],
+    name: Annotated[
+        str,
+        typer.Argument(metavar="NAME", help="SYSTEM, FILE.py[:function], FILE.fmu, or a component to be built."),
+    ],
     backend: Backend = "native",
-    master: Annotated[str, typer.Option(help="explicit, jacobi or gauss_seidel.")] = "explicit",
+    master: Master = None,
 ) -> None:
-    """Connection table, evaluation order, feedthrough and loops of a system; the interface of an FMU."""
+    """Show how a system is wired and evaluated, or the interface of one FMU."""
     from cosim import scenario, show
 
     with _reported():
-        if name.endswith(".fmu"):
-            console.write(show.interface(Path(name)))
+        locate = Library(backend, console.note)
+        if name.endswith(".fmu") or building.is_component(name):
+            console.write(show.interface(locate(name)))
         else:
             system, experiment = scenario.load(name)
-            console.write(
-                show.system(system, replace(experiment, master=_master(master, 0)), Library(backend, console.note))
-            )
+            experiment = _changed(experiment, master, None, None, None, None)
+            console.write(show.system(system, experiment, locate))
 
 
 @app.command()
 def run(
-    name: Annotated[str, typer.Argument(help="SYSTEM or FILE.py[:function].")],
-    backend: Backend = "native",
-    master: Annotated[str | None, typer.Option(help="explicit, jacobi or gauss_seidel.")] = None,
-    step: Annotated[str | None, typer.Option(help="Communication step, as in 1ms or 0.001.")] = None,
-    stop: Annotated[str | None, typer.Option(help="Stop time, as in 200 or 90s.")] = None,
-    extrapolation: Annotated[
-        int | None, typer.Option(help="Order to which held inputs are extrapolated, 0, 1 or 2.")
+    name: Annotated[str, typer.Argument(metavar="NAME", help="SYSTEM or FILE.py[:function].")],
+    use: Annotated[
+        list[str] | None,
+        typer.Option(metavar="INSTANCE=FMU", help="Another FMU for an instance: NAME, FILE.py:Class or FILE.fmu."),
     ] = None,
-    set_: Annotated[list[str] | None, typer.Option("--set", help="INSTANCE.NAME=VALUE, a unit may follow.")] = None,
-    params: Annotated[list[Path] | None, typer.Option(help="TOML file with a table per instance.")] = None,
-    use: Annotated[list[str] | None, typer.Option(help="INSTANCE=NAME|FILE.py:Class|FILE.fmu.")] = None,
-    out: Out = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="NAME=VALUE", help="As in 'plant.J[1,1]=500', '*.J=[[..]]', 'controller.k=0.2 1/s'."
+        ),
+    ] = None,
+    params: Annotated[
+        list[Path] | None, typer.Option(metavar="FILE.toml", help="Parameters, a table per instance; --set wins.")
+    ] = None,
+    stop: Annotated[str | None, typer.Option(metavar="TIME", help="Stop time, as in 200, 90s or 5min.")] = None,
+    step: Annotated[str | None, typer.Option(metavar="TIME", help="Communication step, as in 1ms or 0.001.")] = None,
+    master: Master = None,
+    extrapolation: Annotated[
+        int | None, typer.Option(help="Order to which at_point inputs are extrapolated: 0, 1 or 2.")
+    ] = None,
+    backend: Backend = "native",
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Folder for the result. Default: results/SYSTEM.")
+    ] = None,
+    force: Force = False,
     every: Annotated[int | None, typer.Option(help="Record every n-th communication point.")] = None,
     format: Annotated[Literal["parquet", "csv", "mat"], typer.Option(help="Format of the result.")] = "parquet",
     plot: Annotated[bool, typer.Option("--plot", help="Draw figures into the result folder.")] = False,
-    force: Force = False,
 ) -> None:
-    """Fly a system: build what is missing, simulate, print metrics and (for a paper's system) claims."""
+    """Fly a system, and print its metrics and the claims of a paper that it decides.
+
+    Missing FMUs are built first. Exit status: 0 finished, 1 ended early (what was recorded is kept), 2 not begun.
+    """
     from cosim import metrics, overrides, scenario
     from cosim.simulate import simulate
 
@@ -130,8 +170,9 @@ def run(
         experiment = _changed(experiment, master, step, stop, extrapolation, every)
         folder = out if out is not None else Path("results") / system.name
         with console.progress(system.name) as progress:
-            result, failure = _fly(
-                lambda: simulate(
+            failure: SimulationError | None = None
+            try:
+                result = simulate(
                     system,
                     experiment,
                     out=folder,
@@ -142,10 +183,13 @@ def run(
                     swaps=swaps,
                     metrics=metrics.attitude,
                 )
-            )
+            except SimulationError as error:
+                if error.result is None:
+                    raise
+                failure, result = error, error.result
         _tell(name, result, plot, as_published=not (set_ or params))
         if failure is not None:
-            console.error(failure)
+            raise failure
         if result.info["status"] != "finished":
             raise typer.Exit(1)
 
@@ -162,14 +206,19 @@ def plot_(
     from cosim.result import Result
 
     with _reported():
-        results = {folder.name: Result.read(folder) for folder in folders}
-        for path in plots.save(plots.figures(results), out or folders[0]):
+        names = [folder.name for folder in folders]
+        labels = [n if names.count(n) == 1 else str(folder) for n, folder in zip(names, folders, strict=True)]
+        results = {label: Result.read(folder) for label, folder in zip(labels, folders, strict=True)}
+        drawn = plots.save(plots.figures(results), out or folders[0])
+        for path in drawn:
             typer.echo(path)
+        if not drawn:
+            console.nothing_drawn()
 
 
 @app.command("reproduce")
 def reproduce_(
-    names: Annotated[list[str] | None, typer.Argument(help="Papers; all if none.")] = None,
+    names: Annotated[list[str] | None, typer.Argument(metavar="[PAPER]...", help="Papers; all if none.")] = None,
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for runs, table and figures.")] = Path(
         "results/reproduce"
     ),
@@ -186,16 +235,21 @@ def reproduce_(
                 report = reproduce.paper(paper, out / paper, locate, progress, overwrite=force)
             console.claims(report.verdicts)
             console.files(report.files)
+            if not report.complete:
+                raise typer.Exit(1)
 
 
-def _master(name: str, extrapolation: int) -> "Explicit":
+def _master(own: Any, name: str | None, extrapolation: int | None) -> "Explicit":
+    """Return the experiment's own master with another preset or extrapolation; a preset of another name is plain."""
     from cosim.masters.explicit import Explicit
 
     presets: dict[str, Any] = {"explicit": "declared", "jacobi": "jacobi", "gauss_seidel": "gauss_seidel"}
-    if name not in presets:
+    if name is not None and name not in presets:
         raise UnknownName("master", name, "--master", list(presets))
-    order: Any = extrapolation
-    return Explicit(presets[name], order)
+    master = own if isinstance(own, Explicit) and name in (None, "explicit") else Explicit()
+    if name is not None:
+        master = replace(master, preset=presets[name])
+    return master if extrapolation is None else replace(master, extrapolation=extrapolation)
 
 
 def _changed(
@@ -215,28 +269,28 @@ def _changed(
     if every is not None:
         changes["every"] = every
     if master is not None or extrapolation is not None:
-        changes["master"] = _master(master or "explicit", extrapolation or 0)
+        changes["master"] = _master(experiment.master, master, extrapolation)
     return replace(experiment, **changes)
-
-
-def _fly(call: "Callable[[], Result]") -> "tuple[Result, StepFailed | None]":
-    """Return the result, complete or up to the failure."""
-    try:
-        return call(), None
-    except StepFailed as failure:
-        return failure.result, failure
 
 
 def _tell(name: str, result: "Result", plot: bool, as_published: bool) -> None:
     """Print metrics, the claims that this run decides (of the paper's own parameters only), and the files written."""
     from cosim import papers, plots
+    from cosim.result import FILES
 
     console.summary(result)
-    finished = result.info["status"] == "finished"
-    if finished and as_published:
+    own = result.info["status"] == "finished" and as_published
+    if own:
         console.claims(papers.verdicts(name, result))
-    files = sorted(result.folder.glob("*")) if result.folder is not None else []
-    if plot and len(result) > 1 and result.folder is not None:
-        drawn = papers.figures(name, result) if finished else plots.figures({name: result})
+    remark = papers.remark(name, result, as_published)
+    if remark:
+        console.write(remark)
+    if result.folder is None:
+        return
+    files = [result.folder / file for file in FILES if (result.folder / file).exists()]
+    if plot and len(result) > 1:
+        drawn = papers.figures(name, result) if own else plots.figures({result.info["system"]: result})
         files += plots.save(drawn, result.folder)
+        if not drawn:
+            console.nothing_drawn()
     console.files(files)

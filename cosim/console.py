@@ -36,17 +36,15 @@ def write(text: str) -> None:
 
 def listing(title: str, entries: Mapping[str, str]) -> None:
     """Names with one line each."""
-    table = Table(title=title, title_justify="left", show_header=False, box=None, pad_edge=False)
-    for name, text in entries.items():
-        table.add_row(escape(name), escape(text))
-    _out.print(table)
+    width = max(map(len, entries), default=0)
+    write("\n".join([f"{title}:", *(f"  {name:{width}}  {text}" for name, text in entries.items()), ""]))
 
 
 @contextmanager
 def progress(title: str) -> Generator[Callable[[float, float], None]]:
     """Show a bar of simulated time; yields a function of (time, stop time), both in s."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[now]}"), TimeRemainingColumn())
-    with Progress(*columns, console=_err, transient=True) as bar:
+    with Progress(*columns, console=_err, transient=True, disable=not _err.is_terminal) as bar:
         task = bar.add_task(title, total=None, now="")
 
         def show(t: float, stop: float) -> None:
@@ -78,13 +76,22 @@ def summary(result: "Result") -> None:
 
 
 def claims(verdicts: "Sequence[Verdict]") -> None:
-    """The claims of a paper beside what was measured."""
-    if not verdicts:
-        return
-    table = Table("paper", "claim", "paper says", "measured", "verdict", pad_edge=False)
-    for v in verdicts:
-        table.add_row(*map(escape, (v.paper, v.claim, v.said, v.measured, v.verdict)))
-    _out.print(table)
+    """The claims of a paper beside what was measured; of those not judged only why."""
+    judged = [v for v in verdicts if v.verdict != "not judged"]
+    for paper in dict.fromkeys(v.paper for v in judged):
+        table = Table(f"claim of {paper}", "paper says", "measured", "verdict", pad_edge=False)
+        for v in judged:
+            if v.paper == paper:
+                table.add_row(*map(escape, (v.claim, v.said, v.measured, v.verdict)))
+        _out.print(table)
+    for paper, why in dict.fromkeys((v.paper, v.measured) for v in verdicts if v not in judged):
+        count = sum((v.paper, v.measured) == (paper, why) for v in verdicts if v not in judged)
+        write(f"{count} claim{'s' if count > 1 else ''} of {paper} not judged: {why}")
+
+
+def nothing_drawn() -> None:
+    """What figures would need."""
+    note("no figures: they show plant.q_BN, plant.omega_BN_B, plant.tau_B, plant.eta and guidance.q_RN, none is here")
 
 
 def files(paths: Sequence[Path]) -> None:
@@ -96,4 +103,6 @@ def files(paths: Sequence[Path]) -> None:
 def _figures(value: object) -> str:
     if isinstance(value, list | tuple):
         return ", ".join(_figures(v) for v in value)
+    if value is None:
+        return "not reached"
     return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -8,7 +8,7 @@ from typing import Any
 
 from cosim.errors import ParameterError, UnknownName
 from cosim.interface import Interface
-from cosim.names import split_element
+from cosim.names import split_element, split_port
 from cosim.slave import read_interface
 from cosim.swap import SwapReport, replace
 from cosim.system import System, Value
@@ -47,10 +47,27 @@ def assignments(texts: Iterable[str]) -> dict[str, Any]:
 
 
 def with_parameters(system: System, values: Mapping[str, Any]) -> System:
-    """Return the system with parameters set, or held inputs where a name is one."""
+    """Return the system with parameters set, or held inputs where a name is one; they win over its own entries."""
     held = {name: value for name, value in values.items() if {name, split_element(name)[0]} & system.held.keys()}
-    parameters = {name: value for name, value in values.items() if name not in held}
-    return changed(system, parameters=system.parameters | parameters, held=system.held | held)
+    parameters = dict(system.parameters)
+    for name, value in values.items():
+        if name not in held:
+            _set(parameters, name, value)
+    return changed(system, parameters=parameters, held=system.held | held)
+
+
+def _set(parameters: dict[str, Any], name: str, value: Any) -> None:
+    """Set one entry, and have older ones of more specific names not undo it: of single instances, of elements."""
+    instance, variable = split_port(name)
+    base, index = split_element(variable)
+    older = [(key, *split_port(key)) for key in parameters]
+    same = [(key, i, v) for key, i, v in older if split_element(v)[0] == base and instance in ("*", i)]
+    for key, i, _ in same:
+        if not index:
+            del parameters[key]
+        elif instance == "*" and i != "*":
+            parameters[f"{i}.{variable}"] = value
+    parameters[name] = value
 
 
 def with_units(system: System, uses: Sequence[str], locate: Callable[[str], Path]) -> tuple[System, list[SwapReport]]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from cosim import metrics, papers, plots
 from cosim.papers.claims import Verdict, judge
 from cosim.result import Result
-from cosim.simulate import Progress, simulate
+from cosim.simulate import Progress, refuse_existing, simulate
 
 HEAD = ("paper", "claim", "paper says", "measured", "verdict", "criterion")
 
@@ -21,6 +21,11 @@ class Report:
     results: dict[str, Result]
     files: tuple[Path, ...]
 
+    @property
+    def complete(self) -> bool:
+        """Whether every experiment flew to its end; Ctrl-C ends the last one, and with it the report, early."""
+        return all(result.info["status"] == "finished" for result in self.results.values())
+
 
 def paper(
     name: str,
@@ -32,9 +37,13 @@ def paper(
 ) -> Report:
     """Fly all experiments of a paper into `folder/<experiment>`, write `claims.md`, `claims.json` and the figures.
 
-    Raises what `simulate` raises; an experiment that ends early stops here, its rows are in its folder.
+    Raises what `simulate` raises; an experiment that fails stops here, its rows are in its folder. After Ctrl-C the
+    claims that lack runs are "not judged".
     """
     chosen = papers.paper(name)
+    if not overwrite:
+        for experiment in chosen.systems():
+            refuse_existing(folder / experiment)
     results: dict[str, Result] = {}
     for experiment, make in chosen.systems().items():
         system, settings = make()
@@ -47,6 +56,8 @@ def paper(
             overwrite=overwrite,
             metrics=metrics.attitude,
         )
+        if results[experiment].info["status"] != "finished":
+            break
     verdicts = tuple(judge(chosen.CLAIMS, results))
     table, data = folder / "claims.md", folder / "claims.json"
     table.write_text(markdown(verdicts), encoding="utf-8")

@@ -20,6 +20,10 @@ class ScenarioError(SimulationError):
     """A file that gives no system; the text says why and what is expected."""
 
 
+class NoScenario(ScenarioError):
+    """A file without any function that could give a system."""
+
+
 def load(reference: str) -> Scenario:
     """Return the system and experiment of NAME or FILE.py[:function].
 
@@ -28,6 +32,8 @@ def load(reference: str) -> Scenario:
     folder.
     """
     name, _, function = reference.partition(".py:") if ".py:" in reference else (reference, "", "")
+    if reference.endswith(".fmu"):
+        raise ScenarioError(f"{reference} is one FMU, no system. Put it into one with --use INSTANCE={reference}.")
     if not function and not reference.endswith(".py"):
         return papers.scenario(reference)
     path = Path(f"{name}.py" if function else name)
@@ -36,8 +42,10 @@ def load(reference: str) -> Scenario:
     found = _functions(_module(path))
     if not function:
         function = "system" if "system" in found else next(iter(found)) if len(found) == 1 else ""
+        if not found:
+            raise NoScenario(f"{path} has no function without arguments that returns (System, Experiment).")
         if not function:
-            there = ", ".join(found) or "none"
+            there = ", ".join(found)
             raise ScenarioError(
                 f"{path}: say which function, as {path}:FUNCTION. Functions without arguments in it: {there}."
             )

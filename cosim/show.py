@@ -1,5 +1,7 @@
 """What `adcs show` and `adcs build` say about a system before it flies, and about an FMU."""
 
+import dataclasses
+import textwrap
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -8,14 +10,17 @@ from cosim import graph, scenario
 from cosim.errors import UnknownName
 from cosim.interface import Interface
 from cosim.library import Library
-from cosim.links import Wiring
+from cosim.links import Port, Wiring
 from cosim.names import split_element
 from cosim.slave import read_interface
 from cosim.system import Experiment, System
 from cosim.wiring import wire
-from fmus.build import build_reference, is_component
+from fmus.build import CATALOG, build_reference
 
 Locate = Callable[[str], Path]
+
+WIDTH = 70
+"""Characters of the longest column."""
 
 
 def interfaces(system: System, locate: Locate) -> dict[str, Interface]:
@@ -29,13 +34,16 @@ def system(system: System, experiment: Experiment, locate: Locate) -> str:
     master: Any = experiment.master
     if hasattr(master, "timed"):
         wiring = master.timed(wiring)
-    lines = [f"{system.name}: {experiment.stop_time:g} s in steps of {experiment.communication_step_size:g} s", ""]
-    lines += _table(("from", "to", "timing"), _connections(wiring))
-    lines += ["", *_table(("held", "value"), [(str(port), f"{value:g}") for port, value in wiring.held.items()])]
-    lines += ["", f"stepping order: {', '.join(graph.stepping_order(wiring))}", "direct feedthrough:"]
-    lines += [f"  {line}" for name in wiring.components for line in _feedthrough(name, wiring.interfaces[name])] or [
-        "  none"
-    ]
+    times = f"{experiment.stop_time:g} s in steps of {experiment.communication_step_size:g} s"
+    lines = [f"{system.name}: {times}, master {_master(master)}", ""]
+    order = graph.stepping_order(wiring)
+    head = ("order", "instance", "FMU", "parameters and initial states that are set")
+    lines += _table(head, _instances(order, system, wiring))
+    lines += ["", *_table(("from", "to", "unit", "timing"), _connections(wiring))]
+    held = [(f"{port} = {value}", unit) for port, value, unit in _held(wiring)]
+    lines += ["", *_table(("held", "unit"), held)] if held else []
+    lines += ["", "direct feedthrough, output <- inputs:"]
+    lines += [f"  {line}" for name in order for line in _feedthrough(name, wiring.interfaces[name])] or ["  none"]
     loops = [*graph.algebraic_loops(wiring), *graph.algebraic_loops(wiring, initial=True)]
     lines += ["algebraic loops: " + ("" if loops else "none"), *(f"  {' <- '.join(loop)}" for loop in loops)]
     delayed = [str(path) for path in graph.refresh_order(wiring).delayed]
@@ -71,16 +79,19 @@ def interface(path: Path) -> str:
 def built(
     name: str, backends: Sequence[str], platforms: Sequence[str], folder: Path | None, note: Callable[[str], None]
 ) -> list[Path]:
-    """Build a component, or each instance of a system into `folder`, and return the FMUs.
+    """Build a component of a file, or each instance of a system into `folder`, and return the FMUs.
 
     The FMUs of a system have the system's parameters as start values, so that they can be wired elsewhere as they are.
     """
     try:
-        found, _ = scenario.load(name) if not is_component(name) else (None, None)
-    except UnknownName:
-        found = None
-    if found is None:
+        found, _ = scenario.load(name)
+    except scenario.NoScenario:
         return [build_reference(name, b, platforms, folder, announce=note) for b in backends]
+    except UnknownName as error:
+        if error.kind != "system":
+            raise
+        known = [*CATALOG, *error.available]
+        raise UnknownName("component or system", name, "the catalog and the papers", known) from error
     paths: list[Path] = []
     for backend in backends:
         place = (folder or Path(found.name)) / (backend if len(backends) > 1 else "")
@@ -89,6 +100,8 @@ def built(
             if not reference.endswith(".fmu"):
                 values = _start_values(wiring, instance)
                 paths.append(build_reference(reference, backend, platforms, place, values, instance, note))
+            else:
+                note(f"{instance} is {reference} as it is")
     return paths
 
 
@@ -112,23 +125,65 @@ def _shaped(flat: list[Any], shape: tuple[int, ...]) -> Any:
     return [flat[i : i + shape[1]] for i in range(0, len(flat), shape[1])]
 
 
-def _connections(wiring: Wiring) -> list[tuple[str, str, str]]:
+def _connections(wiring: Wiring) -> list[tuple[str, str, str, str]]:
     """Return one row per connected array: elements are joined where they have one timing."""
-    rows: dict[tuple[str, str, str], None] = {}
+    rows: dict[tuple[str, str, str, str], None] = {}
     for link in wiring.links:
         source, target = (f"{p.component}.{split_element(p.variable)[0]}" for p in (link.source, link.target))
-        rows[source, target, "step mean" if link.step_mean else link.timing] = None
+        ends = (wiring.interfaces[p.component].variables[p.variable].unit or "" for p in (link.source, link.target))
+        units = " -> ".join(dict.fromkeys(ends))
+        rows[source, target, units, "step mean" if link.step_mean else link.timing] = None
     return list(rows)
 
 
+def _master(master: Any) -> str:
+    """Return a master with the settings that are not its defaults, as one would write it."""
+    changed = [
+        f"{f.name}={getattr(master, f.name)!r}"
+        for f in dataclasses.fields(master)
+        if getattr(master, f.name) != f.default
+    ]
+    return f"{type(master).__name__}({', '.join(changed)})"
+
+
+def _instances(order: Sequence[str], system: System, wiring: Wiring) -> list[tuple[str, str, str, str]]:
+    """Return rows of the instances in stepping order; a long list of what is set goes on in the next row."""
+    rows: list[tuple[str, str, str, str]] = []
+    for place, name in enumerate(order):
+        n = wiring.period(name)
+        reference = system.components[name] + (f", every {n} steps" if n > 1 else "")
+        bases = dict.fromkeys(split_element(p.variable)[0] for p in wiring.settings if p.component == name)
+        first, *further = textwrap.wrap(", ".join(bases), WIDTH) or [""]
+        rows += [(str(place + 1), name, reference, first), *(("", "", "", line) for line in further)]
+    return rows
+
+
+def _held(wiring: Wiring) -> list[tuple[str, str, str]]:
+    """Return name, value and unit of the held inputs, arrays whole."""
+    rows: list[tuple[str, str, str]] = []
+    for instance, fmu in wiring.interfaces.items():
+        for base, g in fmu.groups.items():
+            values = [wiring.held[port] for e in g.elements if (port := Port(instance, e)) in wiring.held]
+            if values and len(values) == len(g.elements):
+                unit = fmu.variables[g.elements[0]].unit or ""
+                rows.append((f"{instance}.{base}", str(_shaped(values, g.shape)), unit))
+            elif values:
+                parts = [(e, wiring.held[Port(instance, e)]) for e in g.elements if Port(instance, e) in wiring.held]
+                rows += [(f"{instance}.{e}", str(value), fmu.variables[e].unit or "") for e, value in parts]
+    return rows
+
+
 def _feedthrough(name: str, fmu: Interface) -> list[str]:
-    """Return lines `output <- inputs` of an FMU, by arrays."""
-    table: dict[str, dict[str, None]] = {}
+    """Return lines `outputs <- inputs` of an FMU, by arrays, a line for all outputs that follow the same inputs."""
+    inputs_of: dict[str, dict[str, None]] = {}
     for output in fmu.real_outputs:
         for port in fmu.feedthrough(output.name):
-            table.setdefault(split_element(output.name)[0], {})[split_element(port)[0]] = None
-    prefix = f"{name}." if name else ""
-    return [f"{prefix}{output} <- {', '.join(inputs)}" for output, inputs in table.items()]
+            inputs_of.setdefault(split_element(output.name)[0], {})[split_element(port)[0]] = None
+    outputs_of: dict[tuple[str, ...], list[str]] = {}
+    for output, inputs in inputs_of.items():
+        outputs_of.setdefault(tuple(inputs), []).append(output)
+    prefix = f"{name}: " if name else ""
+    return [f"{prefix}{', '.join(outputs)} <- {', '.join(inputs)}" for inputs, outputs in outputs_of.items()]
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:

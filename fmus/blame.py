@@ -1,4 +1,4 @@
-"""Whose mistake it is: what fails in a component's own text becomes a BuildError that names file, line and exception."""
+"""Whose mistake it is: what fails in a component's own text becomes a BuildError with file, line and exception."""
 
 from collections.abc import Generator
 from contextlib import contextmanager

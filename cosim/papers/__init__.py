@@ -81,6 +81,22 @@ def verdicts(name: str, result: Result) -> list[Verdict]:
     return judge([claim for claim in owner.CLAIMS if set(claim.runs) == {name}], {name: result})
 
 
+def remark(name: str, result: Result, as_published: bool = True) -> str:
+    """Return why a run of a paper's system leaves claims open and what would decide them, "" if there is nothing."""
+    owner = _owner(name)
+    if owner is None:
+        return ""
+    key = next(key for key, module in PAPERS.items() if module is owner)
+    changed = [f"another FMU for {swap['instance']}" for swap in result.info.get("swaps") or []]
+    changed += [] if as_published else ["other parameters"]
+    if result.info["status"] != "finished":
+        return f"claims of {key}: not judged, the run ended early"
+    if changed:
+        return f"claims of {key}: not judged, for this is not the paper's experiment ({', '.join(changed)})"
+    others = [claim for claim in owner.CLAIMS if name in claim.runs and set(claim.runs) != {name}]
+    return f"{len(others)} claims of {key} compare experiments: adcs reproduce {key}" if others else ""
+
+
 def figures(name: str, result: Result) -> dict[str, Figure]:
     """Return the figures of one run: those of its paper for which it suffices, and those of any attitude run."""
     owner = _owner(name)
