@@ -58,19 +58,13 @@ class Flight:
         )()
 
     def by_hand(self, function) -> float:
-        y, u = (
-            (ctypes.c_double * 2)(*self.get("plant", "angle", "rate")),
-            (ctypes.c_double * 1)(*self.get("controller", "tau")),
-        )
-        arguments = (
-            self.fmu("plant", ("tau",), ("angle", "rate")),
-            self.fmu("controller", ("angle", "rate"), ("tau",)),
-        )
+        """Fly by a loop of kernel_step.c; return the seconds."""
         steps = self.plan.schedule.steps
-        fly = bench.clocked(
-            lambda: function(*map(ctypes.byref, arguments), ctypes.c_long(steps), ctypes.c_double(H), y, u), steps
-        )
-        return fly()
+        y = (ctypes.c_double * 2)(*self.get("plant", "angle", "rate"))
+        u = (ctypes.c_double * 1)(*self.get("controller", "tau"))
+        plant, pd = self.fmu("plant", ("tau",), ("angle", "rate")), self.fmu("controller", ("angle", "rate"), ("tau",))
+        arguments = ctypes.byref(plant), ctypes.byref(pd), ctypes.c_long(steps), ctypes.c_double(H), y, u
+        return bench.clocked(lambda: function(*arguments), steps)()
 
     def references(self, instance: str, *names: str) -> tuple[int, ...]:
         return tuple(self.slaves[instance].interface.variables[name].value_reference for name in names)

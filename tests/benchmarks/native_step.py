@@ -53,7 +53,6 @@ def measure(component: Component, folder: Path) -> None:
     u, p = start_vector(component.inputs), start_vector(component.parameters)
     x, zero, y = np.zeros(len(states)), 0 * u, np.zeros(len(references["output"]))
     c = component.functions.calculate(p).full().ravel()
-    done = {"start": 0}
 
     def begin() -> None:
         """Put both at their start."""
@@ -63,7 +62,6 @@ def measure(component: Component, folder: Path) -> None:
         slave.enter_initialization_mode()
         slave.exit_initialization_mode()
         x[:] = slave.get_real(tuple(states))
-        done.update(direct=0, step=0)
 
     def direct() -> None:
         loops.direct(0, STEPS, H, len(x), *(a.ctypes.data for a in (x, u, zero, p, c)))
@@ -74,10 +72,9 @@ def measure(component: Component, folder: Path) -> None:
         )
 
     def exchange() -> None:
-        arrays = [
-            (len(r), r.ctypes.data, v.ctypes.data) for r, v in ((references["input"], u), (references["output"], y))
-        ]
-        assert loops.exchange(fmu(), 0, STEPS, H, *arrays[0], *arrays[1]) == 0
+        inputs, outputs = references["input"], references["output"]
+        arrays = (len(u), inputs.ctypes.data, u.ctypes.data, len(y), outputs.ctypes.data, y.ctypes.data)
+        assert loops.exchange(fmu(), 0, STEPS, H, *arrays) == 0
 
     def fresh(call) -> bench.Callable[[], float]:
         def run() -> float:

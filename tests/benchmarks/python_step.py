@@ -1,8 +1,8 @@
 """A step of the python back end against one of the native back end, both in fmpy.
 
 FlexibleSpacecraft with 8 modes (23 states), 1 ms, one internal step. Budget: at most 25 us where the native one costs
-9 us, a ratio of 2.8. A step of a host is three calls, by fmpy's functions with lists: set all inputs, fmi2DoStep, get all
-outputs. Both back ends must end in the same bits. For information: fmi2DoStep alone.
+9 us, a ratio of 2.8. A step of a host is three calls, by fmpy's functions with lists: set all inputs, fmi2DoStep, get
+all outputs. Both back ends must end in the same bits. For information: fmi2DoStep alone.
 """
 
 import tempfile
