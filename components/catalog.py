@@ -6,22 +6,29 @@ Importing this builds no CasADi function; calling an entry declares variables on
 from collections.abc import Callable
 
 from .actuators.cmg_cluster import CmgCluster
+from .actuators.electrostatic_suspension import ElectrostaticSuspension
 from .actuators.reaction_wheels import ReactionWheels
+from .actuators.thrusters import Thrusters
 from .controllers.adaptive_l2_gain import AdaptiveL2Gain
 from .controllers.adaptive_tracking import AdaptiveTracking
+from .controllers.drag_free_backstepping import DragFreeBackstepping
 from .controllers.integral_sliding_mode import IntegralSlidingMode
 from .controllers.pid import PID
 from .controllers.prescribed_performance import PrescribedPerformance
 from .environment.gravity_gradient import GravityGradient
 from .environment.harmonic_torque import HarmonicTorque
+from .environment.low_orbit import LowOrbit
 from .environment.sum import Sum
+from .estimators.electrostatic_sensor import ElectrostaticSensor
 from .estimators.modal_observer import ModalObserver
+from .estimators.star_tracker_gyro import StarTrackerGyro
 from .framework import Component
 from .guidance.attitude_step import AttitudeStep
 from .guidance.euler_sinusoid import EulerSinusoid
 from .guidance.orbit_frame import OrbitFrame
 from .guidance.orbit_frame_from_state import OrbitFrameFromState
 from .guidance.slew import Slew
+from .plants.drag_free_satellite import DragFreeSatellite
 from .plants.flexible_spacecraft import FlexibleSpacecraft
 
 CATALOG: dict[str, Callable[[], Component]] = {
@@ -29,11 +36,16 @@ CATALOG: dict[str, Callable[[], Component]] = {
     "AdaptiveTracking": AdaptiveTracking,
     "AttitudeStep": AttitudeStep,
     "CmgCluster": CmgCluster,
+    "DragFreeBackstepping": DragFreeBackstepping,
+    "DragFreeSatellite": DragFreeSatellite,
+    "ElectrostaticSensor": ElectrostaticSensor,
+    "ElectrostaticSuspension": ElectrostaticSuspension,
     "EulerSinusoid": EulerSinusoid,
     "FlexibleSpacecraft": FlexibleSpacecraft,
     "GravityGradient": GravityGradient,
     "HarmonicTorque": HarmonicTorque,
     "IntegralSlidingMode": IntegralSlidingMode,
+    "LowOrbit": LowOrbit,
     "ModalObserver": ModalObserver,
     "OrbitFrame": OrbitFrame,
     "OrbitFrameFromState": OrbitFrameFromState,
@@ -41,5 +53,7 @@ CATALOG: dict[str, Callable[[], Component]] = {
     "PrescribedPerformance": PrescribedPerformance,
     "ReactionWheels": ReactionWheels,
     "Slew": Slew,
+    "StarTrackerGyro": StarTrackerGyro,
     "Sum": Sum,
+    "Thrusters": Thrusters,
 }

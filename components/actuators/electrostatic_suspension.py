@@ -1,0 +1,48 @@
+"""Electrostatic suspension: the torque on the test mass, limited, slewed, quantised, noisy, sampled.
+
+    y = the command within +-torque_limit, moved by at most rate T a sample                       (1)
+    tau = quantised y + noise, white, held between samples                                        (2)
+
+Frames: T test mass. Symbols: T in (1) sample_time.
+Source: chosen for H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
+Technology and Automation 33(2), 2014: 2e-8 N m as on LISA Pathfinder.
+Invariants: without noise the limits hold at every sample.
+Limits: no force on the test mass, no stiffness of its own: that is the plant's K_r.
+"""
+
+from typing import Any
+
+import casadi as ca
+
+from ..attitude.noise import white
+from ..attitude.slewing import quantised, slewed
+from ..framework import Component, Condition, Input, Output, Parameter, State
+
+
+class ElectrostaticSuspension(Component):
+    sample_time = 0.1
+
+    torque_limit = Parameter(unit="N.m", shape=(3,), start=2e-8, doc="largest torque, each axis")
+    torque_rate = Parameter(unit="N.m/s", shape=(3,), doc="fastest change of the torque; 0: no limit")
+    torque_quantum = Parameter(unit="N.m", shape=(3,), doc="step of the torque; 0: none")
+    torque_noise = Parameter(unit="N.m/Hz(1/2)", shape=(3,), doc="spectral density of the torque noise")
+    seed = Parameter(unit="1", start=12.0, doc="seed of the noise, a whole number")
+
+    tau_command_T = Input(unit="N.m", shape=(3,), nominal=1e-8, doc="torque wanted on the test mass")
+    tau_last = State(unit="N.m", shape=(3,), nominal=1e-8, doc="torque without quantisation and noise")
+    tau_now = State(unit="N.m", shape=(3,), nominal=1e-8, doc="torque since the last sample")
+    tau_T = Output(unit="N.m", shape=(3,), nominal=1e-8, doc="torque on the test mass")
+    saturated = Output(unit="1", doc="how many axes are at their limit")
+
+    def update(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        limit = p.torque_limit
+        tau = slewed(u.tau_command_T, x.tau_last, -limit, limit, p.torque_rate, p.sample_time)  # (1)
+        noise = white(t, p.sample_time, p.seed, p.torque_noise)
+        return {"tau_last": tau, "tau_now": quantised(tau, p.torque_quantum) + noise}  # (2)
+
+    def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        return {"tau_T": x.tau_now, "saturated": ca.sum1(ca.fabs(x.tau_last) >= p.torque_limit)}
+
+    def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
+        least = ca.mmin(p.torque_limit)
+        return [Condition(least >= 0, "torque_limit has an element {} N.m: it must not be negative.", (least,))]

@@ -1,0 +1,156 @@
+"""Adaptive neural backstepping for a drag-free satellite: test mass in its cage, attitudes of satellite and test mass.
+
+Loop i, per axis, x1 error, x2 its rate: x2' = a x1 + b x2 + c u + f, and
+    z = x2 + k1 x1,  u = 1/c (-lambda x1 - a x1 - b x2 - W^T h - k1 x2 - k2 z)                    (10)
+    W' = Gamma^-1 h z,  h Gaussian in (x1/s1, x2/s2)                                              (22)
+    1: x1 = r_rel, a = -K/m_tm, b = -D/m_tm, c = -1/m_sc, u = f_command                           (21)
+    2: x1 = angles of S to R, x2 = w - A_SR w_R, a = b = 0, c = 1/J_ii, u = tau_command_S         (33)
+    3: x1 = angles of T to S, x2 = w_rel, a = -K_r/I_tm, b = -D_r/I_tm, c = 1/I_tm,               (44)
+       x2' has -u_2/J_ii too: u has + u_2/J_ii, and + W_2^T h_2 with `consistent_feedforward`
+V = 1/2 lambda x1^2 + 1/2 z^2 + 1/2 Gamma |W* - W|^2 has V' = -lambda k1 x1^2 - k2 z^2 for f = W*^T h         (46)
+and the closed loop without network is s^2 + (k1 + k2) s + lambda + k1 k2.
+
+Frames: S satellite, R reference, T test mass, N inertial; angles 3-2-1 as (roll, pitch, yaw).
+Source: H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing Technology
+and Automation 33(2), 2014, equations (10)-(45). Changed: a and b of loop 3 have the sign of (5); lambda, printed 1,
+has a unit; the centres are a fixed grid, of which the print says only that they learn; f_feedforward is added.
+Invariants: V along the loop with f = W*^T h; with network = 0 the weights stay.
+Limits: angles singular at a pitch of +-90 deg. Near zero error h is constant and the network is an integrator of gain
+|h(0)|^2/Gamma. The printed feed-forward hands the satellite's disturbance to loop 3. Nothing limits the commands.
+"""
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from .. import drag_free
+from ..attitude import euler, quaternion
+from ..attitude.rbf import gaussian
+from ..framework import Component, Condition, Input, Output, Parameter, State
+from ..vehicle import inertia_conditions
+
+IDENTITY = (1.0, 0.0, 0.0, 0.0)
+
+
+def _grid(component: Any) -> np.ndarray:
+    """Return a square grid over -1..1, as far as the nodes go."""
+    side = max(1, int(np.ceil(np.sqrt(component.nodes))))
+    line = np.linspace(-1, 1, side) if side > 1 else np.zeros(1)
+    return np.array(np.meshgrid(line, line, indexing="ij")).reshape(2, -1)[:, : component.nodes]
+
+
+class DragFreeBackstepping(Component):
+    nodes: int = 25  # structural: nodes of each network
+
+    J = drag_free.J
+    m_sc = drag_free.m_sc
+    m_tm = drag_free.m_tm
+    I_tm = drag_free.I_tm
+    K = drag_free.K
+    D = drag_free.D
+    K_r = drag_free.K_r
+    D_r = drag_free.D_r
+    stiffness = Parameter(unit="1/s2", shape=(3,), start=1.0, doc="lambda of the loops r_rel, satellite, test mass")
+    k_1 = Parameter(unit="1/s", shape=(3,), start=1.0, doc="k1 of the three loops")
+    k_2 = Parameter(unit="1/s", shape=(3,), start=1.0, doc="k2 of the three loops")
+    Gamma = Parameter(unit="s2", shape=(3,), start=1.0, doc="weight of the networks' errors, of the three loops")
+    network = Parameter(unit="1", start=1.0, doc="1: the networks learn, 0: their weights stay as they start")
+    consistent_feedforward = Parameter(unit="1", start=0.0, doc="1: loop 3 gets W_2^T h_2 too, 0: the paper's law")
+    centres = Parameter(unit="1", shape=(2, "nodes"), start=_grid, doc="centres in (x1, x2), a column a node, scaled")
+    width = Parameter(unit="1", start=0.5, doc="width of the nodes, scaled")
+    scale_r = Parameter(unit="m", start=1e-3, display_unit="mm", doc="s1 of loop 1")
+    scale_v = Parameter(unit="m/s", start=1e-3, doc="s2 of loop 1")
+    scale_angle = Parameter(unit="rad", shape=(2,), start=2e-2, doc="s1 of loops 2 and 3")
+    scale_rate = Parameter(unit="rad/s", shape=(2,), start=2e-2, doc="s2 of loops 2 and 3")
+    f_feedforward_S = Parameter(unit="N", shape=(3,), nominal=1e-2, doc="force added to the command: known mean drag")
+
+    r_rel = Input(unit="m", shape=(3,), start=drag_free.START_R_REL, nominal=1e-3, doc="test mass in its cage, S axes")
+    v_rel = Input(unit="m/s", shape=(3,), nominal=1e-4, doc="rate of r_rel in S axes")
+    q_SN = Input(unit="1", shape=(4,), start=drag_free.START_Q_SN, doc="attitude of the satellite, scalar first")
+    omega_SN_S = Input(unit="rad/s", shape=(3,), nominal=1e-3, doc="rate of the satellite")
+    q_TS = Input(unit="1", shape=(4,), start=drag_free.START_Q_TS, doc="attitude of the test mass to the satellite")
+    omega_TS_T = Input(unit="rad/s", shape=(3,), nominal=1e-3, doc="rate of the test mass to the satellite")
+    q_RN = Input(unit="1", shape=(4,), start=IDENTITY, doc="attitude of the reference, scalar first")
+    omega_RN_R = Input(unit="rad/s", shape=(3,), nominal=1e-3, doc="rate of the reference")
+
+    W_1 = State(unit="m/s2", shape=(3, "nodes"), nominal=1e-4, doc="weights of loop 1, a row an axis")
+    W_2 = State(unit="rad/s2", shape=(3, "nodes"), nominal=1e-4, doc="weights of loop 2")
+    W_3 = State(unit="rad/s2", shape=(3, "nodes"), nominal=1e-4, doc="weights of loop 3")
+
+    f_command_S = Output(unit="N", shape=(3,), nominal=1e-2, doc="force wanted on the satellite")
+    tau_command_S = Output(unit="N.m", shape=(3,), nominal=1e-3, doc="torque wanted on the satellite")
+    tau_command_T = Output(unit="N.m", shape=(3,), nominal=1e-8, doc="torque wanted on the test mass")
+    attitude_error = Output(
+        unit="rad",
+        shape=(3,),
+        display_unit="deg",
+        nominal=1e-2,
+        doc="rotation vector of q_RN* (x) q_SN, short way, S axes",
+    )
+    phi_SR = Output(unit="rad", shape=(3,), display_unit="deg", nominal=1e-2, doc="roll, pitch, yaw of S to R")
+    phi_TS = Output(unit="rad", shape=(3,), display_unit="deg", nominal=1e-2, doc="roll, pitch, yaw of T to S")
+    learned_force_S = Output(unit="N", shape=(3,), nominal=1e-2, doc="force by which the network answers")
+
+    def derivatives(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        rates = {}
+        for i, (x1, x2, nodes) in enumerate(self._loops(u, p)):
+            z = x2 + p.k_1[i] * x1
+            rows = [z[axis] * nodes[axis].T for axis in range(3)]
+            rates[f"W_{i + 1}"] = p.network / p.Gamma[i] * ca.vertcat(*rows)  # (22)
+        return rates
+
+    def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        first, second, third = self._loops(u, p)
+        learned_1, learned_2, learned_3 = (
+            ca.vertcat(*(W[axis, :] @ nodes[axis] for axis in range(3)))
+            for W, (_, _, nodes) in zip((x.W_1, x.W_2, x.W_3), (first, second, third), strict=True)
+        )
+        a_1, b_1 = -p.K / p.m_tm, -p.D / p.m_tm
+        u_1 = -p.m_sc * (self._law(0, first, p) - a_1 * first[0] - b_1 * first[1] - learned_1)  # (21)
+        moved = self._law(1, second, p) - learned_2  # u_2 / J_ii
+        a_3, b_3 = -p.K_r / p.I_tm, -p.D_r / p.I_tm
+        forward = moved + ca.if_else(p.consistent_feedforward > 0.5, learned_2, 0)
+        held = self._law(2, third, p) - a_3 * third[0] - b_3 * third[1] + forward - learned_3
+        error = quaternion.error(u.q_SN, u.q_RN)
+        return {
+            "f_command_S": u_1 + p.f_feedforward_S,
+            "tau_command_S": ca.diag(p.J) * moved,  # (33)
+            "tau_command_T": p.I_tm * held,  # (44)
+            "attitude_error": quaternion.rotation_vector(error),
+            "phi_SR": second[0],
+            "phi_TS": third[0],
+            "learned_force_S": p.m_sc * learned_1,
+        }
+
+    def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
+        conditions = inertia_conditions(p.J)
+        for name, unit in (("m_sc", "kg"), ("m_tm", "kg"), ("I_tm", "kg.m2"), ("width", "1"), ("Gamma", "s2")):
+            value = ca.mmin(vars(p)[name])
+            conditions.append(Condition(value, f"{name} = {{}} {unit}: it must be positive.", (value,)))
+        for name, unit in (("scale_r", "m"), ("scale_v", "m/s"), ("scale_angle", "rad"), ("scale_rate", "rad/s")):
+            value = ca.mmin(vars(p)[name])
+            conditions.append(Condition(value, f"{name} = {{}} {unit}: it must be positive.", (value,)))
+        for name, q in (("q_SN", quaternion.error(u.q_SN, u.q_RN)), ("q_TS", u.q_TS)):
+            pitch = euler.angles_321(q)[1]
+            text = f"pitch of {name} is {{}} deg at the start: the law has Euler angles 3-2-1, singular at +-90 deg."
+            conditions.append(Condition(ca.cos(pitch) - 1e-3, text, (pitch / drag_free.DEGREE,)))
+        return conditions
+
+    def _loops(self, u: Any, p: Any) -> list[tuple[Any, Any, list[Any]]]:
+        """Return x1, x2 and the node values of each axis, loop by loop."""
+        error = quaternion.error(u.q_SN, u.q_RN)
+        rate = u.omega_SN_S - quaternion.dcm(error) @ u.omega_RN_R  # (33)
+        loops = (
+            (u.r_rel, u.v_rel, p.scale_r, p.scale_v),  # (21)
+            (euler.angles_321(error), rate, p.scale_angle[0], p.scale_rate[0]),
+            (euler.angles_321(u.q_TS), u.omega_TS_T, p.scale_angle[1], p.scale_rate[1]),  # (44)
+        )
+        return [(x1, x2, [self._nodes(x1[i] / s1, x2[i] / s2, p) for i in range(3)]) for x1, x2, s1, s2 in loops]
+
+    def _nodes(self, x1: Any, x2: Any, p: Any) -> Any:
+        return gaussian((ca.vertcat(x1, x2), p.centres, p.width))  # (22)
+
+    def _law(self, i: int, loop: tuple[Any, Any, list[Any]], p: Any) -> Any:
+        x1, x2, _ = loop
+        return -p.stiffness[i] * x1 - p.k_1[i] * x2 - p.k_2[i] * (x2 + p.k_1[i] * x1)  # (10)

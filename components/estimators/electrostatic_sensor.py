@@ -1,0 +1,76 @@
+"""Electrostatic sensor of a test mass: its position and attitude in the cage with white noise, and their filtered rates.
+
+    r = r_true + n,  q_TS = q_true (x) [1; n/2] normalised                                        (1)
+    v = c/T (r - y),  y <- y + c (r - y),  c = 1 - exp(-T/T_f): first-order velocity filter       (2)
+    omega_TS_T likewise, from th = rotation vector of q_TS                                        (3)
+
+Frames: S satellite and cage, T test mass. An output has the name of what it measures; the true ones end in _true.
+Symbols: T sample_time, T_f filter_time, n white noise.
+Source: chosen for H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
+Technology and Automation 33(2), 2014, whose law needs velocities that nothing measures: 2 nm/sqrt(Hz) and
+150 nrad/sqrt(Hz) (LISA Pathfinder), 10 Hz, 0.1 s.
+Invariants: a constant velocity is estimated as it is, after some T_f; the filters start at rest.
+Limits: (3) takes the rate of th as the body rate, right to second order in th. (2) lags by about T_f.
+"""
+
+from typing import Any
+
+import casadi as ca
+
+from .. import drag_free
+from ..attitude import quaternion
+from ..attitude.noise import white
+from ..framework import Component, Condition, Input, Output, Parameter, State
+from ..framework.ports import IDENTITY
+
+
+class ElectrostaticSensor(Component):
+    sample_time = 0.1
+
+    position_noise = Parameter(unit="m/Hz(1/2)", shape=(3,), start=2e-9, doc="density of the noise of the position")
+    attitude_noise = Parameter(unit="rad/Hz(1/2)", shape=(3,), start=150e-9, doc="density of the noise of the attitude")
+    filter_time = Parameter(unit="s", start=0.1, doc="T_f, time constant of the velocity filter")
+    seed = Parameter(unit="1", start=22.0, doc="seed of the noise, a whole number")
+
+    r_rel_true = Input(unit="m", shape=(3,), start=drag_free.START_R_REL, nominal=1e-3, doc="test mass in its cage, S")
+    q_TS_true = Input(
+        unit="1", shape=(4,), start=drag_free.START_Q_TS, doc="attitude of the test mass to the satellite"
+    )
+    r_seen = State(unit="m", shape=(3,), nominal=1e-3, doc="position measured last")
+    q_seen = State(unit="1", shape=(4,), start=IDENTITY, doc="attitude measured last")
+    r_slow = State(unit="m", shape=(3,), calculated=True, nominal=1e-3, doc="y, filtered position")
+    th_slow = State(unit="rad", shape=(3,), calculated=True, nominal=1e-2, doc="filtered rotation vector")
+    v_seen = State(unit="m/s", shape=(3,), nominal=1e-4, doc="velocity estimated last")
+    omega_seen = State(unit="rad/s", shape=(3,), nominal=1e-3, doc="rate estimated last")
+    r_rel = Output(unit="m", shape=(3,), nominal=1e-3, doc="measured position of the test mass, S axes")
+    v_rel = Output(unit="m/s", shape=(3,), nominal=1e-4, doc="estimated velocity of the test mass, S axes")
+    q_TS = Output(unit="1", shape=(4,), doc="measured attitude of the test mass to the satellite, scalar first")
+    omega_TS_T = Output(unit="rad/s", shape=(3,), nominal=1e-3, doc="estimated rate of the test mass to the satellite")
+    valid = Output(unit="1", doc="1: the measurement can be used")
+
+    def initial(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        return {"r_slow": u.r_rel_true, "th_slow": _rotation(u.q_TS_true)}
+
+    def update(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        r = u.r_rel_true + white(t, p.sample_time, p.seed, p.position_noise)  # (1)
+        n = white(t, p.sample_time, p.seed, p.attitude_noise, 3)
+        q = quaternion.normalised(quaternion.product(u.q_TS_true, ca.vertcat(1, n / 2)))  # (1)
+        th, part = _rotation(q), 1 - ca.exp(-p.sample_time / p.filter_time)
+        return {
+            "r_seen": r,
+            "q_seen": q,
+            "r_slow": x.r_slow + part * (r - x.r_slow),  # (2)
+            "th_slow": x.th_slow + part * (th - x.th_slow),  # (3)
+            "v_seen": part / p.sample_time * (r - x.r_slow),  # (2)
+            "omega_seen": part / p.sample_time * (th - x.th_slow),  # (3)
+        }
+
+    def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        return {"r_rel": x.r_seen, "v_rel": x.v_seen, "q_TS": x.q_seen, "omega_TS_T": x.omega_seen, "valid": 1}
+
+    def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
+        return [Condition(p.filter_time, "filter_time = {} s: it must be positive.", (p.filter_time,))]
+
+
+def _rotation(q: Any) -> Any:
+    return quaternion.rotation_vector(q * ca.if_else(q[0] < 0, -1, 1))
