@@ -1,0 +1,127 @@
+"""Steering of gyros with parallel gimbal axes and of wheels beside them: from a torque to rates and accelerations.
+
+The gimbals turn about z, so that the gyros give torque in the x-y plane only. Columns of A, h_0 the mean momentum:
+    A_i = (h_i / h_0) [-sin gamma_i; cos gamma_i],  m = det(A A^T) = sum_i<j (A_i x A_j)^2        (1)
+    h'_xy = -c u_xy,  u_xy the command, shortened to plane_torque_limit                           (2)
+    c = 3 z^2 - 2 z^3,  z = (|e| + T |w| - near) / (far - near), kept within 0 to 1               (3)
+    gamma' = W A^T (A W A^T + V)^-1 h'_xy / h_0                                                   (4)
+    lambda = lambda_0 exp(-alpha m),  k = k_0 cos(k_frequency t)                                  (5)
+    V = lambda [1 k; k 1],  W = I + lambda (ones - I)                                             (6)
+gamma' is shortened, its direction kept, to the largest rate, then rates within the dead zone are not commanded. The
+wheels give what the gyros will not, each within its torque:
+    a = A_w^+ (u - u_gyros) / I_w,  u_gyros = [-h_0 A gamma'; 0]                                  (7)
+Without trim_wheels u - u_gyros has only its z part.
+
+Symbols: u tau_command_B, gamma gimbal_angle from x, h_i rotor_momentum, e attitude_error, w omega_BN_B, A_w
+spin_axes_B, a wheel_acceleration_command, I_w wheel_inertia; all axes in B. W, V bring the gyros off a singularity.
+Source: Y. Geng, W. Wu, G. Ma, Neural network compensation of flexible satellite rapid maneuver, J. Harbin Inst. Tech.
+44(5), 2012: (4)-(6) and the cluster; the numbers here are this file's. Not in the paper: A normalised, (2), (3), wheels
+about x and y that trim all the time.
+Invariants: the command is met exactly where neither a wheel nor the plane's limit cuts it.
+Limits: gyros with parallel gimbal axes; two equal ones have m = n (1 - n/4), n = |h|^2 / h_0^2, and are singular
+wherever their momentum h is zero. What a limit cuts is not made up for later.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import casadi as ca
+
+from ..attitude import allocation
+from ..attitude.limits import saturated
+from ..attitude.vectors import length
+from ..framework import Component, Condition, Input, Output, Parameter
+from ..vehicle import DEGREE, MomentumStorage
+
+
+class CmgSteering(Component):
+    gimbals: int = 2  # structural: gyros with parallel gimbal axes
+    wheels: int = 3  # structural: reaction wheels
+
+    rotor_momentum = replace(MomentumStorage.rotor_momentum, start=15.0)
+    spin_axes_B = MomentumStorage.spin_axes_B
+    wheel_inertia = MomentumStorage.wheel_inertia
+    gimbal_rate_limit = Parameter(
+        unit="rad/s", shape=("gimbals",), start=3.5 / 15, display_unit="deg/s", doc="largest gimbal rate"
+    )
+    gimbal_dead_zone = Parameter(
+        unit="rad/s", start=0.02 * DEGREE, display_unit="deg/s", doc="gimbal rates below this are not commanded"
+    )
+    plane_torque_limit = Parameter(unit="N.m", start=3.5, doc="largest torque commanded in the x-y plane")
+    wheel_torque_limit = Parameter(unit="N.m", shape=("wheels",), start=0.25, doc="largest motor torque of a wheel")
+    trim_wheels = Parameter(unit="1", start=1.0, doc="1: wheels give what the gyros do not, 0: their z part only")
+    hand_over = Parameter(unit="1", start=1.0, doc="1: the gyros fade out near the reference, 0: c = 1")
+    near = Parameter(unit="rad", start=0.3 * DEGREE, display_unit="deg", doc="|e| + T |w| where c is 0")
+    far = Parameter(unit="rad", start=1.0 * DEGREE, display_unit="deg", doc="|e| + T |w| where c is 1")
+    hand_over_time = Parameter(unit="s", start=4.0, doc="T, weight of the rate in the hand-over")
+    lambda_0 = Parameter(unit="1", start=0.01, doc="lambda of a singular cluster")
+    alpha = Parameter(unit="1", start=10.0, doc="how fast lambda falls with the measure of singularity")
+    k_0 = Parameter(unit="1", start=0.1, doc="amplitude of the off-diagonal weight k")
+    k_frequency = Parameter(unit="rad/s", start=1.0, doc="frequency of the off-diagonal weight k")
+
+    tau_command_B = Input(unit="N.m", shape=(3,), doc="torque wanted on the hub")
+    attitude_error = Input(unit="rad", shape=(3,), display_unit="deg", nominal=1e-2, doc="attitude error, for c")
+    omega_BN_B = Input(unit="rad/s", shape=(3,), display_unit="deg/s", nominal=1e-2, doc="body rate, for c")
+    gimbal_angle = Input(
+        unit="rad",
+        shape=("gimbals",),
+        start=lambda c: [ca.pi / 4 + ca.pi * i for i in range(c.gimbals)],
+        display_unit="deg",
+        doc="gimbal angles",
+    )
+
+    gimbal_rate_command = Output(
+        unit="rad/s", shape=("gimbals",), display_unit="deg/s", nominal=1e-2, doc="gimbal rates"
+    )
+    wheel_acceleration_command = Output(unit="rad/s2", shape=("wheels",), doc="wheel accelerations")
+    tau_planned_B = Output(unit="N.m", shape=(3,), doc="torque on the hub that the commands amount to")
+    share = Output(unit="1", doc="c, part of the plane's torque that is asked of the gyros")
+    singularity = Output(unit="1", doc="m = det(A A^T), 0: the gyros give torque in one direction only")
+    saturated = Output(unit="1", doc="1 where the command is not met, else 0")
+
+    def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        h_0 = ca.sum1(p.rotor_momentum) / self.gimbals
+        A = ca.horzcat(-ca.sin(u.gimbal_angle), ca.cos(u.gimbal_angle)).T @ ca.diag(p.rotor_momentum / h_0)  # (1)
+        pairs = [(i, j) for j in range(self.gimbals) for i in range(j)]
+        m = sum((ca.SX(A[0, i] * A[1, j] - A[1, i] * A[0, j]) ** 2 for i, j in pairs), ca.SX(0))  # (1)
+        lam, k = p.lambda_0 * ca.exp(-p.alpha * m), p.k_0 * ca.cos(p.k_frequency * t)  # (5)
+        V = lam * ca.vertcat(ca.horzcat(1, k), ca.horzcat(k, 1))  # (6)
+        W = lam * ca.SX.ones(self.gimbals, self.gimbals) + (1 - lam) * ca.SX.eye(self.gimbals)  # (6)
+        c = ca.if_else(p.hand_over > 0.5, self._share(u, p), 1)
+        norm = length(u.tau_command_B[:2])
+        over = norm > p.plane_torque_limit
+        wanted = u.tau_command_B[:2] * ca.if_else(over, p.plane_torque_limit / ca.if_else(over, norm, 1), 1)  # (2)
+        rates = allocation.robust_inverse(A, W, V) @ (-c * wanted) / h_0  # (2), (4)
+        rates = allocation.dead_zone(allocation.limited(rates, p.gimbal_rate_limit), p.gimbal_dead_zone)
+        gyros = ca.vertcat(-h_0 * A @ rates, 0)  # (7)
+        missing = ca.vertcat(wanted, u.tau_command_B[2]) - gyros
+        rest = ca.if_else(p.trim_wheels > 0.5, missing, ca.vertcat(0, 0, missing[2]))
+        wheels = saturated(allocation.pseudo_inverse(p.spin_axes_B) @ rest, p.wheel_torque_limit)  # (7)
+        planned = gyros + p.spin_axes_B @ wheels
+        return {
+            "gimbal_rate_command": rates,
+            "wheel_acceleration_command": -wheels / p.wheel_inertia,
+            "tau_planned_B": planned,
+            "share": c,
+            "singularity": m,
+            "saturated": ca.sumsqr(planned - u.tau_command_B) > 1e-18 * ca.sumsqr(u.tau_command_B),
+        }
+
+    def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
+        conditions = allocation.axis_conditions("spin_axes_B", p.spin_axes_B)
+        positive = ("rotor_momentum", "wheel_inertia", "gimbal_rate_limit", "wheel_torque_limit", "plane_torque_limit")
+        for name in (*positive, "lambda_0"):
+            unit = next(v.unit for v in self.parameters if v.name == name)
+            least = ca.mmin(vars(p)[name])
+            conditions.append(Condition(least, f"{name} has an element {{}} {unit}. All must be positive.", (least,)))
+        text = "gimbal_dead_zone = {} rad/s: it must not be negative."
+        conditions.append(Condition(p.gimbal_dead_zone >= 0, text, (p.gimbal_dead_zone,)))
+        text = "near = {} deg, far = {} deg: far > near is needed."
+        conditions.append(Condition(p.far - p.near, text, (p.near / DEGREE, p.far / DEGREE)))
+        text = "k_0 = {}: it must be between -1 and 1, so that V is positive definite."
+        return [*conditions, Condition(1 - ca.fabs(p.k_0), text, (p.k_0,))]
+
+    def _share(self, u: Any, p: Any) -> Any:
+        away = length(u.attitude_error) + p.hand_over_time * length(u.omega_BN_B)
+        z = ca.fmax(0, ca.fmin((away - p.near) / (p.far - p.near), 1))
+        return 3 * z**2 - 2 * z**3  # (3)

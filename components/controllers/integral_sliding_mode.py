@@ -1,0 +1,159 @@
+"""Integral sliding mode control of a flexible spacecraft, its switching gain constant or from an RBF network.
+
+Linear model of x = [e; eta; w; eta'], K = diag(Omega^2), C = diag(2 zeta Omega), M = J - delta^T delta:
+    w' = M^-1 (u + delta^T (C eta' + K eta)),  eta'' = -C eta' - K eta - delta w',  e' = w        (1)
+short x' = A x + B u. With the linear law G x and the surface sigma:
+    sigma = D x - I,  I(t0) = D x(t0),  I' = D (A + B G) x                                        (2)
+    s = (D B)^T sigma,  D B = (D_omega - D_eta_dot delta) M^-1                                    (3)
+    constant gain:  u = G x - rho_0 s / (|s| + epsilon)                                           (4)
+    network:        u_i = (G x)_i - rho_i s_i / (|s_i| + epsilon),  rho = W Phi                   (5)
+    W_i' = gamma |sigma_i| Phi                                                                    (6)
+    Phi_j = exp(-|xi - c_j|^2 / width^2),  xi = [roll, pitch, yaw; w; G x]                        (7)
+As printed, the gain of x in u is -(D B)^-1 D A instead of G (`printed_gain`):
+    D A x = D_e w + D_eta eta' + D_omega w'_0 + D_eta_dot eta''_0, the rates of (1) at u = 0      (8)
+
+Symbols: e rotation vector of q_RN* (x) q_BN, w rate relative to the reference (the body's in (7)), both in B; roll,
+pitch, yaw: Euler angles 3-2-1 of q_BN. D is read as a torque for each state, as G is, so that sigma is a torque.
+Source: Y. Geng, W. Wu, G. Ma, Neural network compensation of flexible satellite rapid maneuver, J. Harbin Inst. Tech.
+44(5), 2012, 31-35: surface, law and weights; the numbers here are this file's. Changed: K = G, since its printed
+K = -(D B)^-1 D A has no attitude feedback (A has no column for e); D has one zero less. Not in the paper: G (LQ),
+centres, width, epsilon, signs per axis.
+Invariants: sigma(t0) = 0; where the model is exact and rho = 0 sigma stays zero; V = |sigma|^2 / 2 falls as
+V' = s^T (E - rho s / (|s| + epsilon)) with a disturbance E of u.
+Limits: rest-to-rest; of a moving reference only the rate is fed back. The weights only grow. D x = 0 itself would be an
+unstable surface. The integral runs on while an actuator saturates.
+"""
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from .. import vehicle
+from ..attitude import euler, quaternion
+from ..attitude.rbf import gaussian
+from ..attitude.vectors import length
+from ..framework import AttitudeController, CalculatedParameter, Component, Condition, Input, Output, Parameter, State
+from .agile_gains import GAIN, SURFACE, centres, columns
+
+
+class IntegralSlidingMode(Component):
+    ports = AttitudeController
+    modes: int = 4  # structural: modes that the controller knows
+    nodes: int = 6  # structural: nodes of the network
+
+    J, delta, Omega, zeta = vehicle.AGILE
+    G_e = Parameter(unit="N.m/rad", shape=(3, 3), start=GAIN["e"], doc="gain of e")
+    G_eta = Parameter(unit="kg(1/2).m/s2", shape=(3, "modes"), start=columns(GAIN["eta"]), doc="gain of eta")
+    G_omega = Parameter(unit="N.m.s/rad", shape=(3, 3), start=GAIN["omega"], doc="gain of the rate")
+    G_eta_dot = Parameter(unit="kg(1/2).m/s", shape=(3, "modes"), start=columns(GAIN["eta_dot"]), doc="gain of eta'")
+    D_e = Parameter(unit="N.m/rad", shape=(3, 3), start=SURFACE["e"], doc="surface, coefficient of e")
+    D_eta = Parameter(
+        unit="kg(1/2).m/s2", shape=(3, "modes"), start=columns(SURFACE["eta"]), doc="surface, coefficient of eta"
+    )
+    D_omega = Parameter(unit="N.m.s/rad", shape=(3, 3), start=SURFACE["omega"], doc="surface, coefficient of the rate")
+    D_eta_dot = Parameter(
+        unit="kg(1/2).m/s", shape=(3, "modes"), start=columns(SURFACE["eta_dot"]), doc="surface, coefficient of eta'"
+    )
+    network = Parameter(unit="1", start=1.0, doc="1: gain of each axis from the network, 0: the constant gain rho_0")
+    rho_0 = Parameter(unit="N.m", start=0.15, doc="constant switching gain, without network; 0: the linear law")
+    printed_gain = Parameter(unit="1", doc="1: the printed gain -(D B)^-1 D A in place of G in u, 0: G")
+    epsilon = Parameter(unit="N.m/s", start=1e-3, doc="boundary layer of the switching term, in s")
+    gamma = Parameter(unit="1/s", start=1.0, doc="adaptation gain of the weights")
+    angle_centres = Parameter(unit="rad", shape=(3, "nodes"), start=centres(0), doc="centres, angles")
+    rate_centres = Parameter(unit="rad/s", shape=(3, "nodes"), start=centres(3), doc="centres, rates")
+    torque_centres = Parameter(unit="N.m", shape=(3, "nodes"), start=centres(6), doc="centres, G x")
+    angle_width = Parameter(unit="rad", start=1.0, doc="width of the nodes, angles")
+    rate_width = Parameter(unit="rad/s", start=1.0, doc="width of the nodes, rates")
+    torque_width = Parameter(unit="N.m", start=1.0, doc="width of the nodes, G x")
+    hub_inverse = CalculatedParameter(unit="1/(kg.m2)", shape=(3, 3), doc="inverse of M = J - delta^T delta")
+    DB = CalculatedParameter(unit="1/s", shape=(3, 3), doc="D B, torque to rate of the surface")
+
+    q_RN = Input(unit="1", shape=(4,), start=(np.sqrt(0.75), 0, 0.5, 0), doc="attitude of the reference, scalar first")
+    eta = Input(unit="kg(1/2).m", shape=("modes",), nominal=1e-2, doc="modal coordinate, measured or estimated")
+    eta_dot = Input(unit="kg(1/2).m/s", shape=("modes",), nominal=1e-2, doc="modal rate, measured or estimated")
+
+    integral = State(unit="N.m", shape=(3,), calculated=True, nominal=0.1, doc="I, integral part of the surface")
+    W = State(unit="N.m", shape=(3, "nodes"), nominal=0.1, doc="weights of the network, a row an axis")
+
+    sigma = Output(unit="N.m", shape=(3,), nominal=0.1, doc="surface: D x less what the linear law would give")
+    s = Output(unit="N.m/s", shape=(3,), nominal=1e-2, doc="(D B)^T sigma, direction of the switching term")
+    rho = Output(unit="N.m", shape=(3,), nominal=0.1, doc="switching gain")
+
+    def calculate(self, p: Any) -> dict[str, Any]:
+        hub_inverse = ca.inv(p.J - p.delta.T @ p.delta)
+        return {"hub_inverse": hub_inverse, "DB": (p.D_omega - p.D_eta_dot @ p.delta) @ hub_inverse}  # (3)
+
+    def initial(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        return {"integral": self._Dx(self._error(u), u, p)}  # (2)
+
+    def derivatives(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        e, w = self._error(u)
+        linear = self._linear(e, w, u, p)
+        sigma = self._Dx((e, w), u, p) - x.integral
+        return {
+            "integral": self._DA(w, u, p) + p.DB @ linear,  # (2)
+            "W": p.gamma * p.network * ca.fabs(sigma) @ self._nodes(u, p, linear).T,  # (6)
+        }
+
+    def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        e, w = self._error(u)
+        linear = self._linear(e, w, u, p)
+        sigma = self._Dx((e, w), u, p) - x.integral  # (2)
+        s = p.DB.T @ sigma  # (3)
+        rho = ca.if_else(p.network > 0.5, x.W @ self._nodes(u, p, linear), ca.repmat(p.rho_0, 3, 1))  # (5)
+        size = ca.if_else(p.network > 0.5, ca.fabs(s), ca.repmat(length(s), 3, 1))
+        printed = -ca.solve(p.DB, self._DA(w, u, p))  # (8)
+        return {
+            "tau_command_B": ca.if_else(p.printed_gain > 0.5, printed, linear)
+            - rho * s / (size + p.epsilon),  # (4), (5)
+            "attitude_error": e,
+            "sigma": sigma,
+            "s": s,
+            "rho": rho,
+        }
+
+    def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
+        conditions = vehicle.flexible_conditions(self, p)
+        for name in ("epsilon", "angle_width", "rate_width", "torque_width"):
+            unit = next(v.unit for v in self.parameters if v.name == name)
+            value = vars(p)[name]
+            conditions.append(Condition(value, f"{name} = {{}} {unit}: it must be positive.", (value,)))
+        for name, unit in (("rho_0", "N.m"), ("gamma", "1/s")):
+            value = vars(p)[name]
+            conditions.append(Condition(value >= 0, f"{name} = {{}} {unit}: it must not be negative.", (value,)))
+        for name in ("network", "printed_gain"):
+            value = vars(p)[name]
+            conditions.append(Condition(value * (value - 1) == 0, f"{name} = {{}}: it must be 0 or 1.", (value,)))
+        text = (
+            "D B is singular (determinant {} 1/s3): the surface does not see every torque. Change D_omega or D_eta_dot."
+        )
+        return [*conditions, Condition(ca.fabs(ca.det(p.DB)) - 1e-12, text, (ca.det(p.DB),))]
+
+    def _error(self, u: Any) -> tuple[Any, Any]:
+        """Return e and the rate relative to the reference."""
+        q_BR = quaternion.error(u.q_BN, u.q_RN)
+        return quaternion.rotation_vector(q_BR), u.omega_BN_B - quaternion.dcm(q_BR) @ u.omega_RN_R
+
+    def _linear(self, e: Any, w: Any, u: Any, p: Any) -> Any:
+        return p.G_e @ e + p.G_eta @ u.eta + p.G_omega @ w + p.G_eta_dot @ u.eta_dot
+
+    def _Dx(self, error: tuple[Any, Any], u: Any, p: Any) -> Any:
+        e, w = error
+        return p.D_e @ e + p.D_eta @ u.eta + p.D_omega @ w + p.D_eta_dot @ u.eta_dot
+
+    def _DA(self, w: Any, u: Any, p: Any) -> Any:
+        """Return D A x."""
+        elastic = 2 * p.zeta * p.Omega * u.eta_dot + p.Omega**2 * u.eta
+        w_dot = p.hub_inverse @ (p.delta.T @ elastic)  # (1)
+        eta_ddot = -elastic - p.delta @ w_dot  # (1)
+        return p.D_e @ w + p.D_eta @ u.eta_dot + p.D_omega @ w_dot + p.D_eta_dot @ eta_ddot  # (8)
+
+    def _nodes(self, u: Any, p: Any, linear: Any) -> Any:
+        root = np.sqrt(2.0)  # the widths of (7) are those of rbf.py times this
+        angles = euler.angles_321(u.q_BN)
+        return gaussian(  # (7)
+            (angles, p.angle_centres, p.angle_width / root),
+            (u.omega_BN_B, p.rate_centres, p.rate_width / root),
+            (linear, p.torque_centres, p.torque_width / root),
+        )

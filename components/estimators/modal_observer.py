@@ -1,0 +1,91 @@
+"""Estimate of the modal coordinates of a flexible spacecraft from its body rate.
+
+With psi = eta' + delta w the modes obey
+    eta' = psi - delta w,  psi' = -Omega^2 eta - 2 zeta Omega (psi - delta w)                     (1)
+without J and torque, so that a copy of (1) driven by w is exact from a matched start. Gains L add what the model of
+the rate does not explain; z needs no derivative of w:
+    [eta; psi] = z - L w                                                                          (2)
+    z' = right sides of (1) at (2) - L M^-1 (tau - w x (J w + delta^T eta' + h) + delta^T a)      (3)
+    a = 2 zeta Omega eta' + Omega^2 eta,  eta' = psi - delta w,  M = J - delta^T delta            (4)
+The error of the estimate obeys, but for w x delta^T eta',
+    E' = (A - L C) E,  A the matrix of (1), C = M^-1 delta^T [Omega^2  2 zeta Omega]              (5)
+
+Symbols: w omega_BN_B, tau tau_B, h h_B, all in body axes B; hats of the estimates are left out. delta has a row a mode.
+Source: Y. Geng, W. Wu, G. Ma, Neural network compensation of flexible satellite rapid maneuver, J. Harbin Inst. Tech.
+44(5), 2012, equation (2), changed: psi has eta', the matrix has Omega^2 and 2 zeta Omega, the driving term has w. L is
+not in the paper; the start value L = 0 is its observer.
+Invariants: the estimate is the truth from a matched start, for any J and torque where L = 0.
+Limits: with L = 0 an error at the start decays with the modes' own damping only; with L, errors of J and of the torque
+enter. A rate held over a step enters as if it had jumped: connect it with its end-of-step value or as a ramp.
+"""
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from .. import vehicle
+from ..framework import CalculatedParameter, Component, Condition, Input, Output, Parameter, State
+
+
+class ModalObserver(Component):
+    modes: int = 4  # structural: modes that are estimated
+
+    J, delta, Omega, zeta = vehicle.AGILE
+    L_eta = Parameter(unit="kg(1/2).m.s", shape=("modes", 3), doc="gain on the rate's model, for eta")
+    L_psi = Parameter(unit="kg(1/2).m", shape=("modes", 3), doc="gain on the rate's model, for psi")
+    eta_start = Parameter(unit="kg(1/2).m", shape=("modes",), doc="estimate of eta at the start")
+    eta_dot_start = Parameter(unit="kg(1/2).m/s", shape=("modes",), doc="estimate of eta' at the start")
+    hub_inverse = CalculatedParameter(unit="1/(kg.m2)", shape=(3, 3), doc="inverse of M = J - delta^T delta")
+
+    omega_BN_B = Input(unit="rad/s", shape=(3,), display_unit="deg/s", nominal=1e-2, doc="body rate, measured")
+    tau_B = Input(unit="N.m", shape=(3,), doc="torque of the actuators on the hub; not used where L = 0")
+    h_B = Input(unit="N.m.s", shape=(3,), doc="momentum stored by the actuators; not used where L = 0")
+
+    z_eta = State(unit="kg(1/2).m", shape=("modes",), calculated=True, nominal=1e-2, doc="z, part of eta")
+    z_psi = State(unit="kg(1/2).m/s", shape=("modes",), calculated=True, nominal=1e-2, doc="z, part of psi")
+
+    eta = Output(unit="kg(1/2).m", shape=("modes",), nominal=1e-2, doc="modal coordinate, estimated")
+    eta_dot = Output(unit="kg(1/2).m/s", shape=("modes",), nominal=1e-2, doc="modal rate, estimated")
+    valid = Output(unit="1", doc="1: the estimate may be used")
+
+    def calculate(self, p: Any) -> dict[str, Any]:
+        return {"hub_inverse": ca.inv(p.J - p.delta.T @ p.delta)}
+
+    def initial(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        w = u.omega_BN_B
+        return {"z_eta": p.eta_start + p.L_eta @ w, "z_psi": p.eta_dot_start + p.delta @ w + p.L_psi @ w}  # (2)
+
+    def derivatives(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        w = u.omega_BN_B
+        eta, eta_dot = self._estimate(x, u, p)
+        a = 2 * p.zeta * p.Omega * eta_dot + p.Omega**2 * eta  # (4)
+        torque = u.tau_B - ca.cross(w, p.J @ w + p.delta.T @ eta_dot + u.h_B) + p.delta.T @ a
+        w_dot = p.hub_inverse @ torque
+        return {"z_eta": eta_dot - p.L_eta @ w_dot, "z_psi": -a - p.L_psi @ w_dot}  # (3)
+
+    def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
+        eta, eta_dot = self._estimate(x, u, p)
+        return {"eta": eta, "eta_dot": eta_dot, "valid": 1}
+
+    def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
+        return vehicle.flexible_conditions(self, p)
+
+    def _estimate(self, x: Any, u: Any, p: Any) -> tuple[Any, Any]:
+        """Return eta and eta'."""
+        w = u.omega_BN_B
+        eta, psi = x.z_eta - p.L_eta @ w, x.z_psi - p.L_psi @ w  # (2)
+        return eta, psi - p.delta @ w  # (4)
+
+
+def placed(J: Any, delta: Any, Omega: Any, zeta: Any, poles: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return L_eta and L_psi that give the error of the estimate the poles, two a mode: for when an FMU is built."""
+    from scipy.signal import place_poles  # slow to import, and an FMU on its target has no scipy
+
+    J, delta, Omega, zeta = (np.asarray(v, float) for v in (J, delta, Omega, zeta))
+    n = len(Omega)
+    stiffness, damping = np.diag(Omega**2), np.diag(2 * zeta * Omega)
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]])
+    C = np.linalg.solve(J - delta.T @ delta, delta.T @ np.hstack([stiffness, damping]))  # (5)
+    L = place_poles(A.T, C.T, poles).gain_matrix.T  # (5)
+    return L[:n], L[n:]
