@@ -12,6 +12,7 @@ from .actuators.thrusters import Thrusters
 from .controllers.adaptive_l2_gain import AdaptiveL2Gain
 from .controllers.adaptive_tracking import AdaptiveTracking
 from .controllers.drag_free_backstepping import DragFreeBackstepping
+from .controllers.hybrid_adaptive import HybridAdaptive
 from .controllers.integral_sliding_mode import IntegralSlidingMode
 from .controllers.pid import PID
 from .controllers.prescribed_performance import PrescribedPerformance
@@ -24,6 +25,7 @@ from .estimators.modal_observer import ModalObserver
 from .estimators.star_tracker_gyro import StarTrackerGyro
 from .framework import Component
 from .guidance.attitude_step import AttitudeStep
+from .guidance.body_rate_sinusoid import BodyRateSinusoid
 from .guidance.euler_sinusoid import EulerSinusoid
 from .guidance.orbit_frame import OrbitFrame
 from .guidance.orbit_frame_from_state import OrbitFrameFromState
@@ -35,6 +37,7 @@ CATALOG: dict[str, Callable[[], Component]] = {
     "AdaptiveL2Gain": AdaptiveL2Gain,
     "AdaptiveTracking": AdaptiveTracking,
     "AttitudeStep": AttitudeStep,
+    "BodyRateSinusoid": BodyRateSinusoid,
     "CmgCluster": CmgCluster,
     "DragFreeBackstepping": DragFreeBackstepping,
     "DragFreeSatellite": DragFreeSatellite,
@@ -44,6 +47,7 @@ CATALOG: dict[str, Callable[[], Component]] = {
     "FlexibleSpacecraft": FlexibleSpacecraft,
     "GravityGradient": GravityGradient,
     "HarmonicTorque": HarmonicTorque,
+    "HybridAdaptive": HybridAdaptive,
     "IntegralSlidingMode": IntegralSlidingMode,
     "LowOrbit": LowOrbit,
     "ModalObserver": ModalObserver,

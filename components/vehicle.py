@@ -20,6 +20,7 @@ import casadi as ca
 import numpy as np
 
 from .attitude import cmg, euler
+from .attitude.allocation import axis_conditions, spanning_condition
 from .attitude.vectors import asymmetry, smallest_eigenvalue
 from .framework import Component, Condition, Parameter
 
@@ -149,3 +150,18 @@ def quaternion_condition(name: str, q: Any) -> Condition:
     norm = ca.norm_2(q)
     text = f"{name} has norm {{}} at the start, a unit quaternion (within 1e-6) is needed. Divide it by its norm."
     return Condition(1e-6 - ca.fabs(norm - 1), text, (norm,))
+
+
+def storage_conditions(component: Component, p: Any) -> list[Condition]:
+    """Return the conditions on the parameters of `MomentumStorage`."""
+    conditions = cmg.geometry_conditions(p.gimbal_axes_B, p.rotor_axes_B)
+    for name in ("gimbal_axes_B", "rotor_axes_B", "spin_axes_B"):
+        conditions += axis_conditions(name, vars(p)[name], spanning=False)
+    every = ca.horzcat(p.rotor_axes_B, cmg.transverse(p.gimbal_axes_B, p.rotor_axes_B), p.spin_axes_B)
+    conditions.append(spanning_condition("rotor, transverse and spin axes together", every))
+    for name in ("rotor_momentum", "wheel_inertia"):
+        unit = next(v.unit for v in component.parameters if v.name == name)
+        for i in range(vars(p)[name].numel()):
+            value = vars(p)[name][i]
+            conditions.append(Condition(value, f"{name}[{i + 1}] = {{}} {unit}: it must be positive.", (value,)))
+    return conditions

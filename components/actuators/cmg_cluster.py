@@ -90,13 +90,8 @@ class CmgCluster(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        transverse = cmg.transverse(p.gimbal_axes_B, p.rotor_axes_B)
-        conditions = cmg.geometry_conditions(p.gimbal_axes_B, p.rotor_axes_B)
-        for name in ("gimbal_axes_B", "rotor_axes_B", "spin_axes_B"):
-            conditions += allocation.axis_conditions(name, vars(p)[name], spanning=False)
-        every = ca.horzcat(p.rotor_axes_B, transverse, p.spin_axes_B)
-        conditions.append(allocation.spanning_condition("rotor, transverse and spin axes together", every))
-        for name in ("rotor_momentum", "wheel_inertia", "gimbal_rate_limit", "wheel_torque_limit"):
+        conditions = vehicle.storage_conditions(self, p)
+        for name in ("gimbal_rate_limit", "wheel_torque_limit"):
             unit = next(v.unit for v in self.parameters if v.name == name)
             for i in range(vars(p)[name].numel()):
                 value = vars(p)[name][i]

@@ -59,6 +59,7 @@ UNITS: dict[str, Unit] = {
     "1/(kg.m2)": _unit(kg=-1, m=-2),
     "kg.m2.s": _unit(kg=1, m=2, s=1),
     "kg.m2.s2": _unit(kg=1, m=2, s=2),
+    "kg2.m4/s": _unit(kg=2, m=4, s=-1),
     "N": _unit({"mN": 1e3}, kg=1, m=1, s=-2),
     "N/m": _unit(kg=1, s=-2),
     "N/s": _unit(kg=1, m=1, s=-3),
