@@ -85,6 +85,8 @@ def test_advance_is_of_order_four(name):
     point, time = Point(CATALOG[name](), np.random.default_rng(4), 0.01, **faster), 0.4
     reference = point.advance(time / 1024, 1024)[:, -1]
     errors = [np.abs(point.advance(time / n, n)[:, -1] - reference).max() for n in steps]
+    if max(errors) < 1e-12 * max(1.0, np.abs(reference).max()):
+        return  # with its inputs held its motion is a polynomial of time, which the method integrates exactly
     slopes = np.log2(np.divide(errors[:-1], errors[1:]))
     assert (np.abs(slopes - 4) < 0.3).all(), (slopes, errors)
 
