@@ -20,7 +20,8 @@ import casadi as ca
 import numpy as np
 
 from .attitude import cmg, euler
-from .attitude.allocation import axis_conditions, spanning_condition
+from .attitude.allocation import spanning_condition
+from .attitude.axes import axis_conditions
 from .attitude.vectors import asymmetry, smallest_eigenvalue
 from .framework import Component, Condition, Parameter
 

@@ -27,7 +27,7 @@ from typing import Any
 
 import casadi as ca
 
-from ..attitude import allocation
+from ..attitude import allocation, axes
 from ..attitude.limits import saturated
 from ..attitude.vectors import length
 from ..framework import Component, Condition, Input, Output, Parameter
@@ -96,7 +96,7 @@ class CmgSteering(Component):
         gyros = ca.vertcat(-h_0 * A @ rates, 0)  # (7)
         missing = ca.vertcat(wanted, u.tau_command_B[2]) - gyros
         rest = ca.if_else(p.trim_wheels > 0.5, missing, ca.vertcat(0, 0, missing[2]))
-        wheels = saturated(allocation.pseudo_inverse(p.spin_axes_B) @ rest, p.wheel_torque_limit)  # (7)
+        wheels = saturated(axes.pseudo_inverse(p.spin_axes_B) @ rest, p.wheel_torque_limit)  # (7)
         planned = gyros + p.spin_axes_B @ wheels
         return {
             "gimbal_rate_command": rates,
@@ -108,7 +108,7 @@ class CmgSteering(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        conditions = allocation.axis_conditions("spin_axes_B", p.spin_axes_B)
+        conditions = axes.axis_conditions("spin_axes_B", p.spin_axes_B)
         positive = ("rotor_momentum", "wheel_inertia", "gimbal_rate_limit", "wheel_torque_limit", "plane_torque_limit")
         for name in (*positive, "lambda_0"):
             unit = next(v.unit for v in self.parameters if v.name == name)
