@@ -34,7 +34,9 @@ def process(folder: str, *arguments: str) -> tuple[float, str]:
     """Run Python on the project with FMUs kept in a folder; return seconds and what it prints."""
     environment = os.environ | {"ADCS_BUILD": folder, "PYTHONPATH": os.pathsep.join(sys.path)}
     began = time.perf_counter()
-    done = subprocess.run([sys.executable, *arguments], env=environment, capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, *arguments], env=environment, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise RuntimeError(done.stderr)
     return time.perf_counter() - began, done.stdout
 
 
