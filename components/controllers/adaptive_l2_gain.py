@@ -1,25 +1,27 @@
 """Adaptive L2-gain attitude tracking with input constraint, axis by axis in Euler angles 3-2-1.
 
 theta angles from the reference to the body, w_e = omega_BN_B - dcm_BR omega_RN_R, T the unit of time of the gains:
-    theta' = R^-1 w_e                                                                             (1)
-    z1 = theta,  z2 = theta' - alpha,  alpha = -(k + 1/2) z1 / T,  alpha' = -(k + 1/2) theta' / T (2)
-    X_j = exp(-(|theta - c_j|^2 + T^2 |theta' - c'_j|^2) / sigma^2)                               (3)
-    f_hat = W_f X,  g_hat = max(W_g X / J_n, g_min)                                               (4)
-    u_adap = -f_hat + alpha' - z1 / T^2 - p1 z2 / T                                               (16)
-    u_rob = -kappa e2 / T,  kappa = (gamma^2 + 1) / (2 gamma^2)                                   (16a)
-    u = (u_adap + u_rob) / g_hat,  tau_command = sat(u)                                           (27)
+    theta' = R^-1 w_e                                                                             (1a)
+    z1 = theta,  z2 = theta' - alpha,  alpha = -(k + 1/2) z1 / T,  alpha' = -(k + 1/2) theta' / T (1b)
+    X_j = exp(-(|theta - c_j|^2 + T^2 |theta' - c'_j|^2) / sigma^2)                               (38)
+    f_hat = W_f X,  g_hat = max(W_g X / J_n, g_min)                                               (1c)
+    u_adap = -f_hat + alpha' - z1 / T^2 - p1 z2 / T                                               (18)
+    u_rob = -kappa e2 / T,  kappa = (gamma^2 + 1) / (2 gamma^2)                                   (29)
+    u = (u_adap + u_rob) / g_hat                                                                  (27)
+    tau_command = u_out = min(max(u, -torque_limit), torque_limit)                                (23)
     W_f' = c1 e2 X^T / T^2                                                                        (28a)
-    W_g' = c2 T^2 e2 sat(u) X^T / J_n; 0 where W_g X / J_n <= g_min and it would fall further     (28b)
-    e1' = -p1 e1 / T + g_hat (sat(u) - u),  e2 = z2 - e1                                          (29)
+    W_g' = c2 T^2 e2 u_out X^T / J_n; 0 where W_g X / J_n <= g_min and it would fall further      (28b)
+    e1' = -p1 e1 / T + g_hat (u_out - u)                                                          (25)
+    e2 = z2 - e1                                                                                  (26)
 J_n: the diagonal of J (normalised), or 1 kg m^2, as the print has it. torque_limit = 1e9: Theorem 1, without constraint
 e1 = 0. With true f, g: V3 = sum z1^2/T^2 + e2^2 + |W_f~|^2 T^2/c1 + |W_g~|^2/(c2 T^2), halved, has on each axis
-    V3' = -(k + 1/2) z1^2 / T^3 + e1 z1 / T^2 - (p1 + kappa) e2^2 / T + e2 (what f, g leave over) (30)
+    V3' = -(k + 1/2) z1^2 / T^3 + e1 z1 / T^2 - (p1 + kappa) e2^2 / T + e2 (what f, g leave over) (32)
 
 Frames: B body, R reference. Symbols: rows of W_f, W_g are axes.
 Source: B. Xiao, Q. Hu, G. Ma, Adaptive L2-gain controller for flexible spacecraft attitude tracking, Control Theory &
-Applications 28(1), 2011, (16) and (27)-(29). Changed: u in (17b) is sat(u); floor, projection and J_n are not in it;
-(1)-(4) and (30) are numbers of this file. The start weights are 30 draws from (0, 1), as the paper says.
-Invariants: (30) while the floor is not reached; at theta = w_e = 0, W_f = 0, e1 = 0 no torque.
+Applications 28(1), 2011, section 3. Changed: z2, not e2, in (18) as its proof has it; floor, projection and J_n are not
+in it; (1a)-(1c) are numbers of this file. The start weights are draws from (0, 1), as the paper says.
+Invariants: (32) while the floor is not reached; at theta = w_e = 0, W_f = 0, e1 = 0 no torque.
 Limits: near a pitch of 90 deg (0.06 deg) `gimbal_lock` reports it and |cos| counts as 1e-3: the torque is bounded and
 means nothing. No feedforward of the reference's acceleration: f_hat learns it. X vanishes beyond some 3 rad: the floor
 acts, `floor_active` reports it. With the printed scale (J_n = 1 kg m^2) it does not settle. The L2 bound of Theorem 2
@@ -128,7 +130,7 @@ class AdaptiveL2Gain(Component):
         return {
             "W_f": p.c1 * law.e2 @ law.X.T / T**2,  # (28a)
             "W_g": floored(law.product, growth, p.g_min) @ law.X.T,  # (28b)
-            "e1": -p.p1 * x.e1 / T + law.g_hat * (law.u_out - law.u),  # (29)
+            "e1": -p.p1 * x.e1 / T + law.g_hat * (law.u_out - law.u),  # (25)
         }
 
     def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
@@ -172,16 +174,18 @@ class AdaptiveL2Gain(Component):
     def _law(self, x: Any, u: Any, p: Any) -> Law:
         q_BR, T = quaternion.error(u.q_BN, u.q_RN), p.time_unit
         theta = euler.angles_321(q_BR)
-        theta_dot = euler.rates_321(theta, u.omega_BN_B - quaternion.dcm(q_BR) @ u.omega_RN_R, LOCK)  # (1)
+        theta_dot = euler.rates_321(theta, u.omega_BN_B - quaternion.dcm(q_BR) @ u.omega_RN_R, LOCK)  # (1a)
         slope = (p.k + 0.5) / T
-        z2 = theta_dot + slope * theta  # (2)
+        z2 = theta_dot + slope * theta  # (1b)
         width = p.width / np.sqrt(2)
-        X = gaussian((theta, p.centres, width), (theta_dot, p.rate_centres, width / T))  # (3)
+        X = gaussian((theta, p.centres, width), (theta_dot, p.rate_centres, width / T))  # (38)
         f_hat, product = x.W_f @ X, x.W_g @ X / self._scale(p)
-        g_hat = ca.fmax(product, p.g_min)  # (4)
-        e2, kappa = z2 - x.e1, (p.gamma**2 + 1) / (2 * p.gamma**2)
-        adaptive = -f_hat - slope * theta_dot - theta / T**2 - p.p1 * z2 / T  # (16)
-        raw = (adaptive - kappa * e2 / T) / g_hat  # (16a)
+        g_hat = ca.fmax(product, p.g_min)  # (1c)
+        e2 = z2 - x.e1  # (26)
+        kappa = (p.gamma**2 + 1) / (2 * p.gamma**2)
+        adaptive = -f_hat - slope * theta_dot - theta / T**2 - p.p1 * z2 / T  # (18)
+        robust = -kappa * e2 / T  # (29)
+        raw = (adaptive + robust) / g_hat  # (27)
         return Law(
             theta=theta,
             X=X,
@@ -191,6 +195,6 @@ class AdaptiveL2Gain(Component):
             product=product,
             g_hat=g_hat,
             u=raw,
-            u_out=saturated(raw, p.torque_limit),  # (27)
+            u_out=saturated(raw, p.torque_limit),  # (23)
             lock=ca.fabs(ca.cos(theta[1])) < LOCK,
         )

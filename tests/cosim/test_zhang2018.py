@@ -170,10 +170,9 @@ def test_disturbance_and_reference_are_those_of_the_paper():
 
 
 def test_registry():
-    assert list(papers.systems()) == list(KINDS)
-    assert list(papers.titles()) == ["zhang2018"]
+    assert [name for name in papers.systems() if name.startswith("zhang2018-")] == list(KINDS)
+    assert "zhang2018" in papers.titles()
     assert all(papers.descriptions().values())
-    assert all(name.startswith("zhang2018-") for name in papers.systems())
 
 
 def test_unknown_names_are_answered_with_the_nearest():
