@@ -6,6 +6,7 @@ Importing this builds no CasADi function; calling an entry declares variables on
 from collections.abc import Callable
 
 from .actuators.cmg_cluster import CmgCluster
+from .actuators.cmg_steering import CmgSteering
 from .actuators.electrostatic_suspension import ElectrostaticSuspension
 from .actuators.reaction_wheels import ReactionWheels
 from .actuators.thrusters import Thrusters
@@ -39,6 +40,7 @@ CATALOG: dict[str, Callable[[], Component]] = {
     "AttitudeStep": AttitudeStep,
     "BodyRateSinusoid": BodyRateSinusoid,
     "CmgCluster": CmgCluster,
+    "CmgSteering": CmgSteering,
     "DragFreeBackstepping": DragFreeBackstepping,
     "DragFreeSatellite": DragFreeSatellite,
     "ElectrostaticSensor": ElectrostaticSensor,
