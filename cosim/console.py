@@ -67,6 +67,9 @@ def summary(result: "Result") -> None:
     wall = info["wall_time"]
     end = f"{result.time[-1]:g} s simulated" if len(result) else "nothing simulated"
     _out.print(f"{info['status']}: {end}, {wall['loop']:.2f} s in the loop, {len(result)} rows recorded", markup=False)
+    if info["last_step"] < info["communication_step_size"]:
+        span = info["stop_time"] - info["start_time"]
+        write(f"the last step is {info['last_step']:g} s: {span:g} s are no multiple of the step")
     metrics: Mapping[str, object] = info.get("metrics") or {}
     if metrics:
         table = Table(show_header=False, box=None, pad_edge=False)

@@ -40,6 +40,7 @@ def setup(
         "start_time": to_seconds(plan.schedule.start),
         "stop_time": to_seconds(plan.schedule.stop),
         "communication_step_size": to_seconds(plan.schedule.step),
+        "last_step": to_seconds(plan.schedule.stop - plan.schedule.point(plan.schedule.steps - 1)),
         "every": plan.schedule.every,
         "parameters": _values(wiring, wiring.settings),
         "held": _values(wiring, wiring.held),

@@ -104,12 +104,12 @@ def simulate(
 @contextmanager
 def _story(folder: Path, info: Mapping[str, Any]) -> Generator[None]:
     """Have run.json say "running" within, and why it ended if an exception leaves."""
-    _write_info(folder, info | {"status": "running"})
+    _write_info(folder, {**info, "status": "running"})
     try:
         yield
     except BaseException as error:
         with suppress(ResultUnwritable):
-            _write_info(folder, info | runinfo.broken(error))
+            _write_info(folder, {**info, **runinfo.broken(error)})
         raise
 
 

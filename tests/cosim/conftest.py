@@ -1,0 +1,38 @@
+"""The command line in a folder of its own, outside the repository."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import pytest
+from typer.testing import CliRunner
+
+from cosim.cli import app
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a command left in the terminal."""
+
+    status: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """An empty folder, which the test is in."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def adcs(folder) -> Callable[..., Outcome]:
+    """`adcs` in that folder, in this process; an exception that a user would see as a traceback is raised."""
+
+    def call(*arguments: object) -> Outcome:
+        result = CliRunner().invoke(app, [str(a) for a in arguments])
+        if result.exception is not None and not isinstance(result.exception, SystemExit):
+            raise result.exception
+        return Outcome(result.exit_code, result.stdout, result.stderr)
+
+    return call
