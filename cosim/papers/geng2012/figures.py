@@ -51,10 +51,10 @@ def figures(results: Mapping[str, Result]) -> dict[str, Figure]:
     drawn: dict[str, Figure] = {}
     with mpl.rc_context(plots.STYLE):
         if main:
-            drawn["fig04+06_attitude_error"] = _errors(main)
-            drawn["fig04+06_rates"] = _rates(main)
+            drawn["fig04_06_attitude_error"] = _errors(main)
+            drawn["fig04_06_rates"] = _rates(main)
             if all(series(run, "plant.eta") is not None for run in main.values()):
-                drawn["fig05+09_modal_coordinates"] = _modes(main)
+                drawn["fig05_09_modal_coordinates"] = _modes(main)
         if SHORT[COMPENSATED] in runs:
             run = runs[SHORT[COMPENSATED]]
             drawn["fig07_singularity"] = _gyros(run)
@@ -146,7 +146,7 @@ def _gyros(run: Result) -> Figure:
     figure, grid = plots.panels(3, 1, "Control moment gyros, with compensation (figure 7)", height=2.1)
     measure, angle, rate = (row[0] for row in grid)
     measure.plot(run.time, run["steering.singularity"], **plots.look(0))
-    measure.axhline(SINGULAR, color=plots.GREY, linewidth=1, linestyle=plots.LINES[3])
+    measure.axhline(SINGULAR, color=plots.GREY, linewidth=1, linestyle="--", label=f"singular below {SINGULAR}")
     measure.set_ylabel(r"$\det(A A^T)$ (1)")
     for i in range(2):
         look = plots.look(i)
@@ -190,7 +190,7 @@ def _torque(run: Result) -> Figure:
             inertia = _wheel_inertia(run)
             ax.plot(run.time, -inertia * accelerations[:, i], label="of it, wheels", **plots.look(1))
         for side in (1, -1):
-            if i < 2:
+            if axis == "y":
                 ax.axhline(side * PLANE_TORQUE, color=plots.GREY, linewidth=1, linestyle="--", label="limit, plane")
             look = {"color": plots.GREY, "linewidth": 1, "linestyle": plots.LINES[3]}
             ax.axhline(side * WHEEL_TORQUE, label="limit, wheels", **look)
