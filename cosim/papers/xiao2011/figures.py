@@ -1,11 +1,12 @@
 """The figures of xiao2011: angles, rates, torque and modes, L2-gain (figures 1-4) and PID (5-8) overlaid."""
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from cosim import plots
 from cosim.metrics import series
@@ -23,6 +24,8 @@ from cosim.papers.xiao2011.system import (
 )
 from cosim.papers.xiao2011.tracking import angles, rates
 from cosim.result import Result
+
+Array = NDArray[np.float64]
 
 SYMBOLS = (r"$\varphi$", r"$\theta$", r"$\psi$")
 NAMES = [f"{symbol}, {axis}" for symbol, axis in zip(SYMBOLS, AXES, strict=True)]
@@ -78,29 +81,42 @@ def _rates(runs: Mapping[str, Result], title: str) -> Figure:
 
 
 def _torque(runs: Mapping[str, Result], title: str) -> Figure:
-    """Draw the torque on the hub, a column a run, with the limit; runs that switch would hide each other."""
-    figure, grid = plots.panels(3, len(runs), title)
-    figure.set_size_inches(max(8.0, 3.2 * len(runs)), figure.get_size_inches()[1])
-    for column, (name, run) in enumerate(runs.items()):
-        grid[0][column].set_title(name)
-        for i, row in enumerate(grid):
-            ax = row[column]
-            ax.plot(run.time, run["plant.tau_B"][:, i], **(plots.look(column) | {"linestyle": "-", "linewidth": 0.8}))
-            for side in (1, -1):
-                ax.axhline(side * U_MAX, color=plots.GREY, linewidth=1, linestyle=plots.LINES[3], label="limit")
-            ax.set_ylim(-1.3 * U_MAX, 1.3 * U_MAX)
-            ax.margins(x=0.01)
-            ax.set_ylabel(plots.label(rf"$u_{i + 1}$, {AXES[i]}", "N.m") if column == 0 else "")
-    figure.align_ylabels([row[0] for row in grid])
+    """Draw the torque on the hub with its limit."""
+    names = [rf"$u_{i + 1}$, {axis}" for i, axis in enumerate(AXES)]
+    figure, grid = _columns({name: (run.time, run["plant.tau_B"]) for name, run in runs.items()}, names, "N.m", title)
+    for ax in (ax for row in grid for ax in row):
+        for side in (1, -1):
+            ax.axhline(side * U_MAX, color=plots.GREY, linewidth=1, linestyle=plots.LINES[3], label="limit")
+        ax.set_ylim(-1.3 * U_MAX, 1.3 * U_MAX)
     plots.legend(figure)
     return figure
 
 
 def _modes(runs: Mapping[str, Result], title: str) -> Figure:
-    traces = {name: (run.time, run["plant.eta"]) for name, run in runs.items()}
-    figure, _ = plots.stack(traces, [rf"$\eta_{i + 1}$" for i in range(3)], "kg(1/2).m", title, width=0.8)
-    plots.legend(figure)
-    return figure
+    names = [rf"$\eta_{i + 1}$" for i in range(3)]
+    return _columns({name: (run.time, run["plant.eta"]) for name, run in runs.items()}, names, "kg(1/2).m", title)[0]
+
+
+def _columns(
+    traces: Mapping[str, tuple[Array, Array]], names: Sequence[str], unit: str, title: str
+) -> tuple[Figure, list[list[Axes]]]:
+    """Draw a column a run, of equal scales: what oscillates fast hides what is drawn over it."""
+    figure, grid = plots.panels(len(names), len(traces), title)
+    figure.set_size_inches(max(8.0, 3.2 * len(traces)), figure.get_size_inches()[1])
+    for column, (name, (time, _)) in enumerate(traces.items()):
+        grid[0][column].set_title(name)
+        for row in grid:
+            row[column].set_xlim(0, float(time[-1]))
+    for i, (row, quantity) in enumerate(zip(grid, names, strict=True)):
+        exponent = plots.scale([rows[:, i] for _, rows in traces.values()])
+        reach = 1.1 * max(float(np.max(np.abs(rows[:, i]))) for _, rows in traces.values()) / 10.0**exponent
+        for column, (ax, (time, rows)) in enumerate(zip(row, traces.values(), strict=True)):
+            ax.plot(time, rows[:, i] / 10.0**exponent, color=plots.COLOURS[column], linewidth=0.8)
+            if reach > 0:
+                ax.set_ylim(-reach, reach)
+        row[0].set_ylabel(plots.label(quantity, unit, exponent))
+    figure.align_ylabels([row[0] for row in grid])
+    return figure, grid
 
 
 def _raw(runs: Mapping[str, Result]) -> Figure:
@@ -108,9 +124,8 @@ def _raw(runs: Mapping[str, Result]) -> Figure:
     figure, grid = plots.panels(3, 1, "L2-gain, case S: command before the limiter, absolute value")
     for i, (ax,) in enumerate(grid):
         for index, (name, run) in enumerate(runs.items()):
-            look: dict[str, Any] = plots.look(index) | {"linestyle": "-", "linewidth": 0.8}
             rows = np.abs(run["controller.u"][:, i])
-            ax.plot(run.time, np.where(rows > 0, rows, np.nan), label=name, **look)
+            ax.plot(run.time, np.where(rows > 0, rows, np.nan), label=name, color=plots.COLOURS[index], linewidth=0.8)
         ax.axhline(U_MAX, color=plots.GREY, linewidth=1, linestyle=plots.LINES[3], label="limit")
         ax.set_yscale("log")
         ax.set_ylim(1e-5, 1e4)
