@@ -106,7 +106,7 @@ class Parameters:
         given = value if isinstance(value, Value) else Value(None if text else value)
         numbers = value if text else plain(given.value)
         if isinstance(numbers, str) and not text and variables[0].type == "Real":
-            problem = f"it is Real, the value {numbers!r} is no number, no list of numbers, no text like 0.005 deg"
+            problem = f"it is Real, the value {numbers!r} is no number and no list of numbers"
             self.mistakes.append(ParameterError(full, problem))
             return {}
         shape = shape_of(numbers)

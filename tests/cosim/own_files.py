@@ -16,7 +16,7 @@ class PD(PythonComponent):
             raise ValueError(f"no law after {p.breaks} s")
         q, r = u.q_BN, u.q_RN
         v = r[0] * q[1:] - q[0] * r[1:] - np.cross(r[1:], q[1:])
-        return {"tau_command_B": -p.kp * v - 250.0 * (u.omega_BN_B - u.omega_RN_R), "attitude_error": 2 * v}
+        return {"tau_command_B": -2 * p.kp * v - 250.0 * (u.omega_BN_B - u.omega_RN_R), "attitude_error": 2 * v}
 '''
 
 PD_EQUATIONS = '''
