@@ -233,9 +233,9 @@ class Functions:
     @cached_property
     def initial_forward(self) -> ca.Function:
         """Directional derivative of the calculated initial states and of the step means before the first step."""
-        point = (self._t, self._x, self._u, self._p, self._c)
-        means = self.mean_rates(*point) if self._means else ca.SX(0, 1)
-        expressions = {"sx_initial": self.initial(*point), "sm": means}
+        x = self.initial(self._t, self._x, self._u, self._p, self._c)
+        means = self.mean_rates(self._t, x, self._u, self._p, self._c) if self._means else ca.SX(0, 1)
+        expressions = {"sx_initial": x, "sm": means}
         return self._directional("initial_forward", expressions, ["st", "sx", "su", "sp"])
 
     @cached_property

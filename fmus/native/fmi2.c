@@ -230,10 +230,9 @@ static void tangent(const State *s, double st, const double *seed, double *resul
 #ifdef calculate_forward_SZ_ARG
         CALL(calculate_forward, IN(P(s->v), P(seed)), OUT(C(result)));
 #endif
-#ifdef initial_forward_SZ_ARG /* first the calculated states, then the step means along them */
+#ifdef initial_forward_SZ_ARG
         CALL(initial_forward, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), &st, X(seed), U(seed), P(seed)),
-             OUT(sx, NULL));
-        CALL(initial_forward, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), &st, sx, U(seed), P(seed)), OUT(NULL, sm));
+             OUT(sx, sm));
 #endif
     }
 #ifdef forward_SZ_ARG
