@@ -20,6 +20,7 @@ from scipy.spatial.transform import Rotation
 from cosim.result import Result
 
 Array = NDArray[np.float64]
+ATTITUDES = ("plant.q_BN", "plant.q_SN")  # of the body, and of a drag-free satellite
 
 
 def attitude(run: Result, threshold_deg: float = 0.1, rpe_interval_s: float = 10.0) -> dict[str, Any]:
@@ -28,7 +29,7 @@ def attitude(run: Result, threshold_deg: float = 0.1, rpe_interval_s: float = 10
     error = attitude_error(run)
     if error is not None and len(error) > 1:
         found |= _pointing(run.time, error, threshold_deg, rpe_interval_s)
-    torque = first(run, "plant.tau_B", "controller.tau_command_B")
+    torque = first(run, "plant.tau_B", "plant.tau_command_S", "controller.tau_command_B")
     if torque is not None and len(torque):
         found["peak torque (N.m)"] = np.max(np.abs(torque), axis=0).tolist()
         found["torque impulse (N.m.s)"] = (_weights(run.time) @ np.abs(torque)).tolist()
@@ -40,7 +41,7 @@ def attitude(run: Result, threshold_deg: float = 0.1, rpe_interval_s: float = 10
         values = series(run, name)
         if values is not None and values.size:
             found[key] = float(np.max(np.abs(values)))
-    return found | _momentum(run)
+    return found | _momentum(run) | _events(run)
 
 
 def series(run: Result, name: str) -> Array | None:
@@ -60,7 +61,7 @@ def rotations(quaternions: Array) -> Rotation:
 
 def attitude_error(run: Result) -> Array | None:
     """Return the rotation vector from reference to body, short way, body axes, deg, shape (n, 3)."""
-    body, reference = series(run, "plant.q_BN"), series(run, "guidance.q_RN")
+    body, reference = first(run, *ATTITUDES), series(run, "guidance.q_RN")
     if body is None or reference is None or not len(body):
         return None
     return np.degrees((rotations(reference).inv() * rotations(body)).as_rotvec())
@@ -154,8 +155,17 @@ def _momentum(run: Result) -> dict[str, Any]:
     return {"momentum drift (N.m.s)": change, "momentum drift, relative (1)": change / scale if scale > 0 else 0.0}
 
 
+def _events(run: Result) -> dict[str, Any]:
+    """Return when a test mass reached its cage, for a plant that has one; None: it did not."""
+    touched, free = series(run, "plant.cage_contact"), series(run, "plant.contact_time")
+    if touched is None or free is None or not len(touched):
+        return {}
+    return {"test mass at its cage (s)": float(free[-1]) if touched[-1] > 0.5 else None}
+
+
 def _external(run: Result, inside: bool) -> list[Array]:
     names = ["plant.tau_dist_B"] if inside else ["plant.tau_dist_B", "plant.tau_B"]
+    names += ["plant.tau_dist_S", "plant.tau_command_S"]
     return [rows for name in names if (rows := series(run, name)) is not None]
 
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from cosim import plots
 from cosim.errors import UnknownName
-from cosim.papers import geng2012, xiao2011, ye2016, zhang2018
+from cosim.papers import geng2012, li2014, xiao2011, ye2016, zhang2018
 from cosim.papers.claims import Claim, Verdict, judge
 from cosim.result import Result
 from cosim.system import Experiment, System
@@ -40,7 +40,13 @@ class Paper(Protocol):
         ...
 
 
-PAPERS: dict[str, Paper] = {"zhang2018": zhang2018, "xiao2011": xiao2011, "geng2012": geng2012, "ye2016": ye2016}
+PAPERS: dict[str, Paper] = {
+    "zhang2018": zhang2018,
+    "xiao2011": xiao2011,
+    "geng2012": geng2012,
+    "ye2016": ye2016,
+    "li2014": li2014,
+}
 
 
 def paper(name: str) -> Paper:

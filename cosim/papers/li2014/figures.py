@@ -28,6 +28,7 @@ from cosim.papers.li2014.spectrum import (
 from cosim.papers.li2014.system import (
     ACTUATORS,
     GAP,
+    GUST_BAND,
     NN,
     NN_LVLH,
     NN_SPECTRUM,
@@ -159,13 +160,13 @@ def _density(runs: Mapping[str, Result]) -> Figure:
     for i, (name, run) in enumerate(runs.items()):
         f, values = residual_density(run)
         ax.loglog(f[1:], values[1:, 0], label=name, **plots.look(i))
-    for band, level, text in (
-        (GOCE_BAND, GOCE_REQUIREMENT, "GOCE, drag-free control"),
-        (LISA_BAND, LISA_PATHFINDER, "LISA Pathfinder requirement"),
+    for band, level, place, text in (
+        (GOCE_BAND, GOCE_REQUIREMENT, 1.4, "GOCE, drag-free control"),
+        (LISA_BAND, LISA_PATHFINDER, 0.45, "LISA Pathfinder requirement"),
     ):
         ax.loglog(band, [level] * 2, color=plots.GREY, linewidth=2.5, solid_capstyle="butt")
-        ax.text(band[0], 1.4 * level, text, color=plots.GREY)
-    ax.set_xlim(2e-3, 0.3)
+        ax.text(max(band[0], 2.3e-3), place * level, text, color=plots.GREY)
+    ax.set_xlim(2e-3, GUST_BAND[1])
     ax.set_ylim(1e-16, 1e-5)
     ax.set_xlabel("frequency (Hz)")
     ax.set_ylabel(r"amplitude spectral density (m/s$^2$/$\sqrt{\mathrm{Hz}}$)")

@@ -24,7 +24,7 @@ TAIL = 100.0, 200.0  # s
 
 LISA_PATHFINDER = 3e-14  # m/s2/sqrt(Hz), 1-30 mHz
 LISA_BAND = (1e-3, 30e-3)  # Hz
-GOCE_REQUIREMENT = 2e-8  # m/s2/sqrt(Hz), linear acceleration of its drag-free control, 5-100 mHz
+GOCE_REQUIREMENT = 2.5e-8  # m/s2/sqrt(Hz), 5-100 mHz; its drag-free control, quoted from memory
 GOCE_BAND = (5e-3, 0.1)  # Hz
 
 

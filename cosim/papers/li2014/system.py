@@ -40,6 +40,7 @@ GAP = 4.0  # mm
 RHO_0 = 6.05585818e-11  # kg/m3, for a mean drag of 7 mN over an orbit
 MEAN_DRAG = 7e-3  # N
 GUSTS = [0.1 * MEAN_DRAG, 0.02 * MEAN_DRAG, 0.02 * MEAN_DRAG]  # N/sqrt(Hz), along-track and lateral
+GUST_BAND = [2e-3, 0.2]  # Hz
 SAMPLE = 0.1  # s
 
 STOP_TIME, SPECTRUM_TIME = 200.0, 2000.0  # s
@@ -277,7 +278,7 @@ def _environment(gusts: bool) -> dict[str, Any]:
         "environment.earth_radius": Value(EARTH_RADIUS, "m"),
         "environment.gust_density": GUSTS if gusts else [0.0, 0.0, 0.0],
         "environment.gust_corner": Value(0.01, "1/s"),
-        "environment.gust_band": Value([2e-3, 0.2], "1/s"),
+        "environment.gust_band": Value(GUST_BAND, "1/s"),
     }
 
 
