@@ -142,9 +142,10 @@ class StepFailed(SimulationError):
     value: float | None = None
 
     def __str__(self) -> str:
-        """Component, status, time and step, the value or the FMU's own words."""
+        """Component, status, time and step, the value or the FMU's own words, what may help."""
         where = f"communication point {self.time:.12g} s, step {self.step:.12g} s"
-        words = quoted(self.messages)
+        grown = self.variable is not None or any("is not finite" in line for line in self.messages)
+        words = quoted([*self.messages, *(["Where a loop diverges, a shorter step may help."] if grown else [])])
         if self.variable is not None:
             return f"{self.component}.{self.variable} became {self.value} in the step from {where}{words}"
         last = self.last_successful_time

@@ -20,6 +20,7 @@ from importlib.machinery import ModuleSpec
 from pathlib import Path
 from types import ModuleType
 
+PREFIX = "adcs_"
 MACHINERY = ("fmus/", "components/framework/")  # no mistake of an author's is looked for there
 
 
@@ -35,24 +36,35 @@ def content_hash(root: Path, files: Iterable[str]) -> str:
 def import_from(root: Path, files: Iterable[str], module: str) -> ModuleType:
     """Import a module of the folder `root` that consists of `files`, under a package name hashed from them."""
     files = frozenset(files)
-    package = f"adcs_{content_hash(root, files)[:16]}"
+    package = f"{PREFIX}{content_hash(root, files)[:16]}"
     if not any(isinstance(f, _Finder) and f.package == package for f in sys.meta_path):
         sys.meta_path.insert(0, _Finder(root, files, package))
     return importlib.import_module(f"{package}.{module}")
 
 
 def told(error: BaseException, folder: Path) -> str | None:
-    """Return an exception as "Type: text (file.py, line 3)", the last line of `folder` that it passed; None if none."""
+    """Return an exception as "Type: text (file.py, line 3)", the last line of `folder` that it passed; None if none.
+
+    A module of this loader counts wherever it was loaded from: the same content is imported once.
+    """
     if isinstance(error, SyntaxError) and error.filename:
-        passed = [(Path(error.filename), error.lineno)]
+        passed = [(_place(error.filename, "", folder), error.lineno)]
         error = SyntaxError(error.msg)
     else:
-        passed = [(Path(frame.filename), frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]
-    for path, line in reversed(passed):
-        name = path.relative_to(folder).as_posix() if path.is_relative_to(folder) else ""
+        frames = traceback.walk_tb(error.__traceback__)
+        passed = [(_place(f.f_code.co_filename, f.f_globals.get("__name__", ""), folder), line) for f, line in frames]
+    for name, line in reversed(passed):
         if name and not name.startswith(MACHINERY):
             return f"{type(error).__name__}: {error} ({name}, line {line})"
     return None
+
+
+def _place(file: str, module: str, folder: Path) -> str:
+    """Return a source file's path in `folder` or in a hashed package, "" if it is of neither."""
+    package, _, inside = module.partition(".")
+    if package.startswith(PREFIX) and inside:
+        return f"{inside.replace('.', '/')}.py"
+    return Path(file).relative_to(folder).as_posix() if Path(file).is_relative_to(folder) else ""
 
 
 class _Finder(importlib.abc.MetaPathFinder):

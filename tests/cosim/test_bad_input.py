@@ -118,7 +118,7 @@ class TestParameters:
             ("plant.J[1,1]=inf", "plant.J[1,1]: the value inf is not finite"),
             ("plant.J=[[1,2],[3,4]]", "plant.J: it is a matrix of 3 x 3, the value is a matrix of 2 x 2"),
             ("plant.J=[[1,2],[3,4", "plant.J: it is Real, the value '[[1,2],[3,4' is no number and no list"),
-            ("controller.rho_inf=1 kg", "it has unit rad, the value has unit kg, which cannot be converted. Units: deg"),
+            ("controller.rho_inf=1 kg", "it has unit rad, the value has unit kg, which cannot be converted. Units:"),
             ("plant.tau_B=[0,0,1]", 'plant.tau_B: it is an input: hold it: held={"plant.tau_B": ...}'),
             ("plant.H_N=[0,0,1]", "plant.H_N: it is an output: it cannot be set"),
         ],
