@@ -1,0 +1,206 @@
+"""The law of ye2016: gains, torque, signs, perfect knowledge, an outside reference, refusals."""
+
+import numpy as np
+import pytest
+from helpers import Point, monolithic, split
+from numpy.testing import assert_allclose
+from scipy.linalg import solve_continuous_lyapunov
+from scipy.spatial.transform import Rotation
+from ye2016_loop import CONNECTIONS, KNOWN, OFF, SLOW, loop, outside
+
+from components.actuators.cmg_cluster import CmgCluster
+from components.controllers.hybrid_adaptive import HybridAdaptive
+from cosim.papers.ye2016 import system
+
+SENSED = {"q_BN", "omega_BN_B", "q_RN", "omega_RN_R", "omega_dot_RN_R"}
+POLES = (0.2, 0.3)
+
+
+def moving(seed=4, **values):
+    """The law at a large attitude, tracking something that turns."""
+    rng = np.random.default_rng(seed)
+    body, off = Rotation.random(random_state=seed), Rotation.from_rotvec(0.02 * rng.normal(size=3))
+    inputs = {
+        "q_BN": (body * off).as_quat(scalar_first=True),
+        "q_RN": body.as_quat(scalar_first=True),
+        "omega_BN_B": 0.02 * rng.normal(size=3),
+        "omega_RN_R": 0.02 * rng.normal(size=3),
+        "omega_dot_RN_R": 1e-3 * rng.normal(size=3),
+        "gimbal_angle": rng.normal(size=values.get("gimbals", 4)),
+    }
+    structure = {n: values.pop(n) for n in ("gimbals", "wheels") if n in values}
+    parameters = {n: values.pop(n) for n in list(values) if n not in inputs}
+    return Point(HybridAdaptive(**structure, **parameters), **(inputs | values))
+
+
+def test_feedthrough():
+    """Nothing depends on the wheels' speed after the start."""
+    table = HybridAdaptive().direct_feedthrough
+    assert set(table["gimbal_rate_command"]) == set(table["wheel_acceleration_command"]) == SENSED | {"gimbal_angle"}
+    assert set(table["tau_command_B"]) == SENSED
+    assert table["H_hat_N"] == ()
+
+
+def test_gains_have_the_printed_eigenvalues():
+    k_1, k_2 = system.K_1, system.K_2
+    found = np.concatenate([np.roots([1, b, a]) for a, b in zip(k_1, k_2, strict=True)])
+    printed = [complex(-r, s * r) for r in POLES for s in (1, -1)] + [-r * np.sqrt(2) for r in POLES]
+    assert_allclose(np.sort_complex(found), np.sort_complex(printed), atol=1e-12)
+
+
+def test_P_solves_the_lyapunov_equation():
+    q_1, q_2 = np.array([0.01, 2.0, 3.0]), np.array([1.0, 0.5, 2.0])
+    c = Point(HybridAdaptive(q_1=q_1, q_2=q_2)).c.reshape(3, 3)
+    P = np.block([[np.diag(c[0]), np.diag(c[1])], [np.diag(c[1]), np.diag(c[2])]])
+    A_1 = np.block([[np.zeros((3, 3)), np.eye(3)], [-np.diag(system.K_1), -np.diag(system.K_2)]])
+    assert_allclose(P, solve_continuous_lyapunov(A_1.T, -np.diag(np.concatenate([q_1, q_2]))), rtol=1e-10, atol=1e-12)
+    paper = Point(HybridAdaptive()).c.reshape(3, 3)  # of parameters.json
+    assert_allclose(paper[0], [3.85, 2.65, 3.7382378498728825], rtol=1e-12)
+    assert_allclose(paper[1], [6.25, 2.7777777777777786, 4.166666666666668], rtol=1e-12)
+    assert_allclose(paper[2], [16.875, 5.462962962962964, 6.599663291074446], rtol=1e-12)
+
+
+def test_momentum_at_the_start():
+    assert_allclose(Point(HybridAdaptive(), wheel_speed=system.WHEEL_SPEED).states()["H_0"], [2.0, -1.6, 1.2])
+    q, w = Rotation.from_rotvec([0.3, -0.5, 0.9]), np.array([0.01, 0.02, -0.03])
+    point = Point(HybridAdaptive(), wheel_speed=system.WHEEL_SPEED, q_BN=q.as_quat(scalar_first=True), omega_BN_B=w)
+    assert_allclose(point.states()["H_0"], q.apply(np.array([2.0, -1.6, 1.2]) + np.array(system.J) @ w), rtol=1e-12)
+
+
+def delivered(point, y, **structure):
+    """The torque of a cluster with nominal axes that gets the law's commands."""
+    rates = {n: y[n] for n in ("gimbal_rate_command", "wheel_acceleration_command")}
+    gamma = split(point.component.inputs, point.u)["gimbal_angle"]
+    cluster = Point(CmgCluster(**structure), **rates, gimbal_angle=gamma)
+    return cluster.functions.mean_rates(0, cluster.x, cluster.u, cluster.p, cluster.c).full().ravel()
+
+
+@pytest.mark.parametrize("weight", [1.0, 1e4])
+def test_a_cluster_as_it_is_known_gives_the_torque_that_is_wanted(weight):
+    """X u = v exactly, whatever the weights: only the share of the wheels changes."""
+    y = (point := moving(wheel_weight=weight)).outputs()
+    assert_allclose(delivered(point, y), y["tau_command_B"], rtol=1e-10)
+    other = moving(wheel_weight=1e4 / weight).outputs()
+    share = np.abs(y["wheel_acceleration_command"]).max(), np.abs(other["wheel_acceleration_command"]).max()
+    assert (share[0] > share[1]) == (weight > 1.0)
+
+
+@pytest.mark.parametrize("structure", [{"gimbals": 0}, {"wheels": 0}, {"gimbals": 6, "wheels": 1}], ids=str)
+def test_gyros_alone_and_wheels_alone(structure):
+    point = moving(**structure)
+    y = point.outputs()
+    assert_allclose(delivered(point, y, **structure), y["tau_command_B"], rtol=1e-9)
+    assert np.isfinite(point.rates_flat()).all() and point.violated() == []
+
+
+def test_the_sign_of_the_bodys_quaternion_does_not_matter():
+    q = moving().u[:4]
+    for name, rows in moving(q_BN=-q).outputs().items():
+        assert_allclose(rows, moving().outputs()[name], rtol=1e-12, atol=1e-14, err_msg=name)
+
+
+def test_shadow_reflects_the_error_and_keeps_its_size():
+    far = Rotation.from_rotvec([0.0, 0.0, np.radians(200)])
+    near = far * Rotation.from_rotvec([1e-4, 2e-4, -1e-4])
+    inputs = dict(q_BN=near.as_quat(scalar_first=True), q_RN=far.as_quat(scalar_first=True))
+    inputs = {n: q * np.sign(q[3]) for n, q in inputs.items()}  # the long way round: 200 deg, scalar part negative
+    assert inputs["q_RN"][0] < 0
+    literal, switched = (Point(HybridAdaptive(shadow=s), **inputs).outputs()["e"] for s in (0.0, 1.0))
+    sigma_d, shadow_d = np.tan(np.radians(50)), np.tan(np.radians(40))
+    assert_allclose(np.linalg.norm(literal) / np.linalg.norm(switched), (1 + sigma_d**2) / (1 + shadow_d**2), rtol=1e-3)
+
+
+def test_a_full_turn_is_reported():
+    assert Point(HybridAdaptive(), q_RN=[-1 + 1e-6, 0, 0, np.sqrt(2e-6)]).outputs()["full_turn"] == 1
+    assert Point(HybridAdaptive()).outputs()["full_turn"] == 0
+
+
+def test_no_error_nothing_learnt():
+    """On the reference with zero error the estimates stay."""
+    q = [1.0, 0, 0, 0]
+    rates = Point(HybridAdaptive(), q_BN=q, q_RN=q, omega_BN_B=[0.01, 0, 0], omega_RN_R=[0.01, 0, 0]).rates()
+    assert all(np.abs(rows).max() < 1e-12 for rows in rates.values())
+
+
+def test_estimates_stay_within_the_ball():
+    """Pushed outward at the edge, none grows; inside, the law is the unprojected one."""
+    edge = np.zeros((4, 6))
+    edge[:, 0] = np.sqrt(0.15)
+    for seed in range(4):
+        rates = moving(seed, Theta_c=edge).rates()["Theta_c"]
+        assert (rates[:, 0] <= 1e-12).all()
+    inside, free = moving(1, Theta_c=0.1 * edge).rates(), moving(1, Theta_c=0.1 * edge, b=1e9).rates()
+    assert_allclose(inside["Theta_c"], free["Theta_c"])
+
+
+def test_error_is_linear_with_perfect_knowledge():
+    """e'' = -k_2 e' - k_1 e of each component: three second-order systems, whatever the motion."""
+    q = Rotation.from_rotvec([0.02, -0.03, 0.01]).as_quat(scalar_first=True)
+    parts = loop(**KNOWN)
+    parts["plant"] = type(parts["plant"])(modes=0, J=system.J, q_BN=q, omega_BN_B=0.0)
+    # the true total momentum is what the controller is to know, so at rest it turns with the body
+    start = Rotation.from_quat(q, scalar_first=True).apply(system.unknown_momentum())
+    parts["controller"] = HybridAdaptive(**(KNOWN | {"Theta_F": start}))
+    t, _, y = monolithic(parts, CONNECTIONS, 60.0, np.linspace(0, 60, 61))
+    e, e_dot = y["controller.e"], y["controller.e_dot"]
+    for i in range(3):
+        A = np.array([[0, 1], [-system.K_1[i], -system.K_2[i]]])
+        values, vectors = np.linalg.eig(A)
+        modes = np.linalg.solve(vectors, [e[0, i], e_dot[0, i]])
+        expected = np.real((vectors * modes) @ np.exp(np.outer(values, t)))[0]
+        assert_allclose(e[:, i], expected, atol=1e-9)
+
+
+@pytest.mark.parametrize(("alpha_F", "alpha_G"), [(0.0, 0.0), (1e5, 1e3)], ids=["nonadaptive", "adaptive"])
+def test_the_loop_against_the_papers_equations_in_numpy(alpha_F, alpha_G):
+    rows = np.linspace(0.0, 150.0, 31)
+    sigma, omega, gamma, Theta_F = outside(rows, alpha_F, alpha_G)
+    _, x, _ = monolithic(loop(alpha_F=alpha_F, alpha_G=alpha_G), CONNECTIONS, 150.0, rows)
+    q = x["plant.q_BN"]
+    assert_allclose(q[:, 1:] / (1 + q[:, :1]), sigma, atol=1e-8)
+    assert_allclose(x["plant.omega_BN_B"], omega, atol=1e-9)
+    assert_allclose(x["actuators.gimbal_angle"], gamma, atol=1e-7)
+    assert_allclose(x["controller.Theta_F"], Theta_F, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["perfect", "nonadaptive", "printed", "slow"])
+def test_figures_of_the_loop_as_one_ode(name):
+    """Rows of equations/ye2016.md that are of a monolithic integration; momentum of one plant unit."""
+    values = {"perfect": KNOWN, "nonadaptive": OFF, "printed": {"alpha_F": 1e7}, "slow": {"alpha_F": 1e2} | SLOW}[name]
+    t, x, y = monolithic(loop(**values), CONNECTIONS, 800.0, np.linspace(0, 800, 4001), rtol=1e-11)
+    relative = Rotation.from_quat(x["guidance.q_RN"], scalar_first=True).inv() * Rotation.from_quat(
+        x["plant.q_BN"], scalar_first=True
+    )
+    error = np.abs(relative.as_euler("ZYX")).max(axis=1)
+    H = y["plant.H_N"]
+    assert np.abs(H - H[0]).max() < 1e-9
+    if name == "perfect":
+        assert error.max() < 1e-9
+    elif name == "nonadaptive":
+        assert_allclose(error.max(), 2.6916e-3, rtol=0.02)
+    elif name == "printed":
+        assert_allclose([error.max(), error[t >= 400].max()], [4.211e-4, 1.855e-4], rtol=0.03)
+    else:
+        assert 0.145 < (x["controller.Theta_c"] ** 2).sum(axis=2).max() <= 0.1501
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        (
+            {"k_1": (0.08, -0.18, 0.12)},
+            "k_1[2] = -0.18 1/s2: A_1 = [0, 1; -k_1, -k_2] is Hurwitz only if it is positive",
+        ),
+        ({"k_2": (0.4, 0.6, 0.0)}, "k_2[3] = 0 1/s: A_1 = [0, 1; -k_1, -k_2] is Hurwitz only if it is positive"),
+        ({"q_BN": [0, 0, 0, 0]}, "q_BN has norm 0 at the start, a unit quaternion (within 1e-6) is needed"),
+        ({"q_RN": [2, 0, 0, 0]}, "q_RN has norm 2 at the start, a unit quaternion"),
+        ({"rotor_axes_B": 2.0 * system.ROTOR_AXES}, "axis 1 of rotor_axes_B has length 2, a unit vector"),
+        ({"gimbal_axes_B": 0.5 * system.GIMBAL_AXES}, "axis 1 of gimbal_axes_B has length 0.5, a unit vector"),
+        ({"J": -np.eye(3)}, "J is not positive definite"),
+        ({"d": 0.0}, "d has an element 0 1: every one must be positive"),
+        ({"wheel_weight": (1.0, -1.0, 1.0)}, "wheel_weight has an element -1 1/s2: every one must be positive"),
+        ({"alpha_F": -1.0}, "alpha_F = -1 kg2.m4/s: it must not be negative"),
+    ],
+)
+def test_refusals(values, message):
+    assert any(message in text for text in Point(HybridAdaptive(**values)).violated())
