@@ -4,7 +4,7 @@ With psi = eta' + delta w the modes obey
     eta' = psi - delta w,  psi' = -Omega^2 eta - 2 zeta Omega (psi - delta w)                     (1)
 without J and torque, so that a copy of (1) driven by w is exact from a matched start. Gains L add what the model of
 the rate does not explain; z needs no derivative of w:
-    [eta; psi] = z - L w                                                                          (2)
+    [eta; psi] = z + L w                                                                          (2)
     z' = right sides of (1) at (2) - L M^-1 (tau - w x (J w + delta^T eta' + h) + delta^T a)      (3)
     a = 2 zeta Omega eta' + Omega^2 eta,  eta' = psi - delta w,  M = J - delta^T delta            (4)
 The error of the estimate obeys, but for w x delta^T eta',
@@ -54,7 +54,7 @@ class ModalObserver(Component):
 
     def initial(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         w = u.omega_BN_B
-        return {"z_eta": p.eta_start + p.L_eta @ w, "z_psi": p.eta_dot_start + p.delta @ w + p.L_psi @ w}  # (2)
+        return {"z_eta": p.eta_start - p.L_eta @ w, "z_psi": p.eta_dot_start + p.delta @ w - p.L_psi @ w}  # (2)
 
     def derivatives(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         w = u.omega_BN_B
@@ -74,7 +74,7 @@ class ModalObserver(Component):
     def _estimate(self, x: Any, u: Any, p: Any) -> tuple[Any, Any]:
         """Return eta and eta'."""
         w = u.omega_BN_B
-        eta, psi = x.z_eta - p.L_eta @ w, x.z_psi - p.L_psi @ w  # (2)
+        eta, psi = x.z_eta + p.L_eta @ w, x.z_psi + p.L_psi @ w  # (2)
         return eta, psi - p.delta @ w  # (4)
 
 

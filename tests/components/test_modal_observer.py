@@ -1,0 +1,128 @@
+"""Modal observer: exact from a matched start, whatever the inertia; with gains its error has the poles asked for."""
+
+import numpy as np
+import pytest
+from geng2012_loop import CONNECTIONS, loop, plant, start
+from helpers import Monolithic, Point, numbers
+from numpy.testing import assert_allclose
+from scipy.integrate import solve_ivp
+
+from components.estimators.modal_observer import ModalObserver, placed
+
+OBSERVER = ModalObserver()
+VEHICLE = {n: start(OBSERVER, n) for n in ("J", "delta", "Omega", "zeta")}
+POLES = np.array(
+    [-0.5 + 0.7j, -0.5 - 0.7j, -0.6 + 1.1j, -0.6 - 1.1j, -0.7 + 1.9j, -0.7 - 1.9j, -0.8 + 2.5j, -0.8 - 2.5j]
+)
+RNG = np.random.default_rng(3)
+ALL = ("omega_BN_B",)
+
+
+def gains() -> dict:
+    L_eta, L_psi = placed(**VEHICLE, poles=POLES)
+    return {"L_eta": L_eta, "L_psi": L_psi}
+
+
+def test_feedthrough():
+    assert OBSERVER.direct_feedthrough == {"eta": ("omega_BN_B",), "eta_dot": ("omega_BN_B",), "valid": ()}
+
+
+def test_start():
+    """eta = 0 and psi = delta w: the modes are taken to be at rest; or as they are given, with gains too."""
+    w = [0.02, -0.03, 0.01]
+    y = Point(OBSERVER, omega_BN_B=w).outputs()
+    assert_allclose([*y["eta"], *y["eta_dot"]], 0, atol=1e-15)
+    assert_allclose(Point(OBSERVER, omega_BN_B=w).states()["z_psi"], VEHICLE["delta"] @ w)
+    given = dict(eta_start=[0.1, -0.2, 0.3, 0.4], eta_dot_start=[0.4, 0.3, -0.2, 0.1])
+    y = Point(ModalObserver(**gains()), omega_BN_B=w, **given).outputs()
+    assert_allclose(y["eta"], given["eta_start"], atol=1e-12)
+    assert_allclose(y["eta_dot"], given["eta_dot_start"], atol=1e-12)
+
+
+def test_it_is_exact_from_a_matched_start_although_the_inertia_is_off():
+    """geng2012, figures: 1e-9. The closed loop of the paper as one ODE, J of the plant 20 % off."""
+    system = Monolithic(loop(network=0, rho_0=0.0), CONNECTIONS)
+    t = np.linspace(0, 15, 151)
+    x = system.solve(t, rtol=1e-10, atol=1e-13)
+    y, states = system.outputs(t, x), system.split(x)
+    assert np.abs(states["plant.eta"]).max() > 0.05
+    assert np.abs(y["observer.eta"] - states["plant.eta"]).max() < 1e-9
+    assert np.abs(y["observer.eta_dot"] - states["plant.eta_dot"]).max() < 1e-9
+
+
+def estimate(observer: ModalObserver, eta_0, time, torque=(0.3, -0.2, 0.1), **plant_values):
+    """The error of eta over time: the plant under a constant torque, its modes not where the observer takes them."""
+    body = Point(plant(1.0, eta=eta_0, **plant_values), tau_B=torque)
+    watch = Point(observer, tau_B=torque)
+    n = len(body.x)
+
+    def rates(_, x):
+        u = watch.u.copy()
+        u[:3] = x[4:7]
+        return np.concatenate(
+            [
+                numbers(body.functions.rates(0, x[:n], body.u, body.p, body.c)),
+                numbers(watch.functions.rates(0, x[n:], u, watch.p, watch.c)),
+            ]
+        )
+
+    solution = solve_ivp(
+        rates, (0, time[-1]), np.concatenate([body.x, watch.x]), "DOP853", time, rtol=1e-10, atol=1e-13
+    )
+    x = solution.y.T
+    w, z = x[:, 4:7], x[:, n:]
+    L_eta = start(observer, "L_eta")
+    return z[:, :4] + w @ L_eta.T - x[:, 7:11]
+
+
+def test_without_gains_an_error_at_the_start_decays_with_the_modes_own_damping():
+    time, first = np.linspace(0, 20, 201), 1
+    error = estimate(OBSERVER, np.eye(4)[first] * 1e-3, time)
+    damping, omega = VEHICLE["zeta"][first], VEHICLE["Omega"][first]
+    rate, omega_d = damping * omega, omega * np.sqrt(1 - damping**2)
+    expected = -1e-3 * np.exp(-rate * time) * (np.cos(omega_d * time) + rate / omega_d * np.sin(omega_d * time))
+    assert_allclose(error[:, first], expected, atol=1e-8)
+
+
+def test_placed_poles():
+    """(A - L C) of the error, with A, C from the mass matrix of the vehicle."""
+    L = np.vstack(list(gains().values()))
+    K, C = np.diag(VEHICLE["Omega"] ** 2), np.diag(2 * VEHICLE["zeta"] * VEHICLE["Omega"])
+    F, J = VEHICLE["delta"].T, VEHICLE["J"]
+    acceleration = np.linalg.inv(np.block([[J, F], [F.T, np.eye(4)]]))[:3, 3:] @ -np.hstack([K, C])
+    A = np.block([[np.zeros((4, 4)), np.eye(4)], [-K, -C]])
+    assert_allclose(np.sort_complex(np.linalg.eigvals(A - L @ acceleration)), np.sort_complex(POLES), rtol=1e-6)
+
+
+def test_with_gains_an_error_at_the_start_is_gone_soon():
+    time = np.linspace(0, 20, 101)
+    eta_0 = RNG.normal(0, 1e-3, 4)
+    without, error = (estimate(part, eta_0, time) for part in (OBSERVER, ModalObserver(**gains())))
+    assert np.abs(error[0] + eta_0).max() < 1e-12
+    assert np.abs(error[-1]).max() < 2e-3 * np.abs(error).max()
+    assert np.abs(without[-1]).max() > 0.5 * np.abs(eta_0).max()
+
+
+def test_gains_bring_in_the_error_of_the_inertia():
+    time = np.linspace(0, 20, 101)
+    error = estimate(ModalObserver(**gains()), np.zeros(4), time, J=1.2 * VEHICLE["J"])
+    assert np.abs(error).max() > 1e-3
+    assert np.abs(estimate(OBSERVER, np.zeros(4), time, J=1.2 * VEHICLE["J"])).max() < 1e-9
+
+
+@pytest.mark.parametrize("modes", [0, 1, 6])
+def test_any_number_of_modes(modes):
+    point = Point(ModalObserver(modes=modes))
+    assert point.violated() == []
+    assert point.outputs()["eta"].shape == (modes,)
+
+
+def test_refusals():
+    cases = {
+        "J is not symmetric": {"J": [[70, 3, 4], [0, 60, 5], [4, 5, 90]]},
+        "J - delta^T delta is not positive definite": {"J": np.diag([40.0, 60, 90])},
+        "Omega has an element -1 rad/s": {"Omega": [-1, 1, 1, 1]},
+    }
+    for words, values in cases.items():
+        messages = Point(OBSERVER, **values).violated()
+        assert any(words in message for message in messages), messages
