@@ -14,8 +14,8 @@ Angular momentum about the common mass centre, inertial axes, and energy about i
 Where a component of r_rel reaches the gap, the test mass stays there: cage_contact = 1, contact_time keeps its value.
 
 Frames: N inertial, S satellite body and cage, origin at its mass centre, T test mass; A_SN takes v_N to v_S, A = A_TS.
-Symbols: rho = r_h + r_rel position of the test mass, w omega_SN_S, w_rel omega_TS_T; F_C, T_C commands on the satellite,
-T_Ct on the test mass, F_D, T_D disturbances of the satellite; g with J2, see attitude/gravity.py.
+Symbols: rho = r_h + r_rel position of the test mass, w omega_SN_S, w_rel omega_TS_T; F_C, T_C commands on the
+satellite, T_Ct on the test mass, F_D, T_D disturbances of the satellite; g with J2, see attitude/gravity.py.
 Source: H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing Technology
 and Automation 33(2), 2014, equations (1)-(5). Changed: dots of (4), (5); every force in S axes; the reactions -F and
 -A^T (T + T_Ct) on the satellite, which the print does not define; the gyroscopic term of (3) vanishes for a cube;
@@ -104,7 +104,7 @@ class DragFreeSatellite(Component):
         turning = 2 * ca.cross(w, v_rel) + ca.cross(w, ca.cross(w, rho)) + ca.cross(w_dot, rho)
         v_rel_dot = gradient + F / p.m_tm - force / p.m_sc - turning  # (1)
         w_rel_dot = (u.tau_command_T + T) / p.I_tm - A @ w_dot - ca.cross(A @ w, w_rel)  # (3)
-        free = 1 - x.cage_contact
+        free = x.cage_contact < 0.5
         return {
             "r_N": x.v_N,
             "v_N": gravity.acceleration(earth, x.r_N) + A_SN.T @ force / p.m_sc,  # (3a)
@@ -119,7 +119,7 @@ class DragFreeSatellite(Component):
         }
 
     def project(self, x: Any, p: Any) -> dict[str, Any]:
-        contact = ca.if_else(ca.mmax(ca.fabs(x.r_rel)) >= p.cage_gap, 1, x.cage_contact)
+        contact = ca.logic_or(x.cage_contact > 0.5, ca.mmax(ca.fabs(x.r_rel)) >= p.cage_gap)
         return {
             "q_SN": quaternion.normalised(x.q_SN),
             "q_TS": quaternion.normalised(x.q_TS),
