@@ -7,10 +7,14 @@ dependencies no longer are those of modelDescription.xml, the FMU refuses and sa
 import importlib.util
 import json
 import sys
+import warnings
 from pathlib import Path
 
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
+
+# What is not finite is told as an error, with its name and time.
+warnings.filterwarnings("ignore", category=RuntimeWarning, module=r"adcs_\w+\.fmus\.runtime")
 
 
 def _loader(source):

@@ -4,6 +4,7 @@ import json
 import re
 import subprocess
 import sys
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -197,6 +198,24 @@ def test_in_a_process_of_its_own(folder):
     assert "Traceback" not in done.stderr
     info = json.loads((folder / "results" / "zhang2018-atc" / "run.json").read_text())
     assert (info["status"], info["reached_time"], info["rows"]) == ("finished", 0.1, 11)
+
+
+def test_reproduce_ends_at_ctrl_c_with_what_there_is(adcs, folder, monkeypatch):
+    @contextmanager
+    def progress(title):
+        def interrupt(t, stop):
+            raise KeyboardInterrupt
+
+        yield interrupt
+
+    monkeypatch.setattr("cosim.console.progress", progress)
+    done = adcs("reproduce", "zhang2018", "--out", "all")
+    assert done.status == 1
+    assert "claims of zhang2018 not judged: needs " in done.out
+    rows = json.loads((folder / "all" / "zhang2018" / "claims.json").read_text())
+    assert {row["verdict"] for row in rows} == {"not judged"}
+    assert Result.read("all/zhang2018/zhang2018-ppatc").info["status"] == "interrupted"
+    assert not (folder / "all" / "zhang2018" / "zhang2018-atc").exists()
 
 
 @pytest.mark.slow
