@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 LINES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (6, 1.5, 1.2, 1.5)), (0, (1.2, 1.2)))
 GREY = "#606060"
+NO_LIMIT = 1e9  # N m, a torque limit that stands for none
 DPI = 150
 STYLE: dict[Any, Any] = {
     "font.size": 10,
@@ -187,7 +188,7 @@ def limits(result: Result) -> list[float]:
         start = f"{instance}.torque_limit"
         found = [v["value"] for name, v in parameters.items() if name == start or name.startswith(start + "[")]
         if found:
-            return [float(v) for v in found]
+            return [] if max(found) >= NO_LIMIT else [float(v) for v in found]
     return []
 
 

@@ -30,6 +30,8 @@ import casadi as ca
 
 from .quaternion import dcm, product
 
+LOCK = 1e-3  # |cos th| under which a pitch counts as +-90 deg: within 0.06 deg
+
 
 def _axis(i: int, angle: Any) -> Any:
     parts = [ca.cos(angle / 2), 0, 0, 0]
@@ -103,6 +105,11 @@ def R_321(theta: Any) -> Any:
     row_2 = ca.horzcat(0, ca.cos(phi), ca.sin(phi) * ca.cos(th))
     row_3 = ca.horzcat(0, -ca.sin(phi), ca.cos(phi) * ca.cos(th))
     return ca.vertcat(ca.horzcat(1, 0, -ca.sin(th)), row_2, row_3)  # (7)
+
+
+def locked(theta: Any) -> Any:
+    """Return whether the pitch of either sequence is as good as +-90 deg."""
+    return ca.fabs(ca.cos(theta[1])) < LOCK
 
 
 def rates_321(theta: Any, omega: Any, floor: float = 0.0) -> Any:

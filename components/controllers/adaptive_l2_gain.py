@@ -46,7 +46,6 @@ START_THETA = np.array([4.4 / 1200, -4.4 / 1000, 4.4 / 1500])  # rad, case S: J_
 ORBIT_RATE = 1.078e-3  # rad/s
 START_Q_BN = euler.quaternion_from_321(ca.DM(START_THETA))
 START_OMEGA_BN_B = quaternion.dcm(START_Q_BN) @ ca.DM([0, -ORBIT_RATE, 0])
-LOCK = 1e-3
 
 
 def _drawn(part: int) -> Any:
@@ -174,7 +173,7 @@ class AdaptiveL2Gain(Component):
     def _law(self, x: Any, u: Any, p: Any) -> Law:
         q_BR, T = quaternion.error(u.q_BN, u.q_RN), p.time_unit
         theta = euler.angles_321(q_BR)
-        theta_dot = euler.rates_321(theta, u.omega_BN_B - quaternion.dcm(q_BR) @ u.omega_RN_R, LOCK)  # (1a)
+        theta_dot = euler.rates_321(theta, u.omega_BN_B - quaternion.dcm(q_BR) @ u.omega_RN_R, euler.LOCK)  # (1a)
         slope = (p.k + 0.5) / T
         z2 = theta_dot + slope * theta  # (1b)
         width = p.width / np.sqrt(2)
@@ -196,5 +195,5 @@ class AdaptiveL2Gain(Component):
             g_hat=g_hat,
             u=raw,
             u_out=saturated(raw, p.torque_limit),  # (23)
-            lock=ca.fabs(ca.cos(theta[1])) < LOCK,
+            lock=euler.locked(theta),
         )

@@ -49,6 +49,27 @@ def test_law():
     assert y["saturated"] == 3
 
 
+def test_law_in_euler_angles():
+    """euler = 1: roll, pitch, yaw of sequence 3-2-1 and their rates, by differences of scipy's angles."""
+    error, rate, h = Rotation.from_euler("ZYX", [0.4, -0.9, 0.3]), np.array([0.03, -0.01, 0.02]), 1e-5
+    sides = [(error * Rotation.from_rotvec(s * h * rate)).as_euler("ZYX")[::-1] for s in (-1, 1)]
+    point = Point(PID(), euler=1.0, q_BN=error.as_quat(scalar_first=True), omega_BN_B=rate, integral=[1.0, -2.0, 3.0])
+    theta, theta_dot = np.array([0.3, -0.9, 0.4]), (sides[1] - sides[0]) / (2 * h)
+    y = point.outputs()
+    assert_allclose(y["u"], -(2500 * theta + 50 * np.array([1, -2, 3]) + 4000 * theta_dot), rtol=1e-8)
+    assert_allclose(y["attitude_error"], error.as_rotvec(), rtol=1e-12)
+    assert_allclose(point.rates()["integral"], theta, rtol=1e-12)
+
+
+def test_gimbal_lock_of_euler_angles():
+    q = quaternion([0, np.pi / 2, 0])
+    point = Point(PID(), euler=1.0, q_BN=q, omega_BN_B=[0.01, 0.02, 0.03])
+    assert point.outputs()["gimbal_lock"] == 1 and np.isfinite(point.outputs_flat()).all()
+    assert any("pitch is 90 deg from the reference at the start" in message for message in point.violated())
+    assert Point(PID(), q_BN=q).outputs()["gimbal_lock"] == 0 and Point(PID(), q_BN=q).violated() == []
+    assert Point(PID(), euler=1.0).outputs()["gimbal_lock"] == 0
+
+
 def test_zero_error_needs_no_torque():
     q, omega = quaternion([0.3, -2.0, 1.0]), [0.01, -0.02, 0.03]
     point = Point(PID(), q_BN=q, q_RN=-q, omega_BN_B=omega, omega_RN_R=omega)

@@ -96,7 +96,7 @@ def test_components_start_with_the_numbers_of_the_paper(name):
         for v in (*part.parameters, *part.states):
             starts |= dict(zip(v.elements(), np.ravel(v.start), strict=True))
         for port, value in settings.items():
-            if port.startswith(instance + "."):
+            if port.startswith(instance + ".") and port != "controller.euler":  # 0 there: for any attitude
                 assert_allclose(starts[port.partition(".")[2]], value, rtol=1e-14, err_msg=port)
 
 

@@ -57,7 +57,7 @@ def figures(results: Mapping[str, Result]) -> dict[str, Figure]:
         if SCALES[L2_PRINTED] in scales:
             drawn["scale_of_the_weights"] = _angles(scales, "L2-gain, case S: scale of the weights")
         free = _chosen(results, {L2_UNCONSTRAINED: "no limit (Theorem 1)", L2: "limit 0.2 N m (Theorem 2)"})
-        if L2_UNCONSTRAINED in results and len(free) == 2:
+        if "no limit (Theorem 1)" in free:
             drawn["raw_command"] = _raw(free)
     return drawn
 

@@ -151,6 +151,7 @@ def _pid(name: str, size: float = SMALL, conditional: float = 0.0) -> Flight:
         "controller.K_i": Value([K_i] * 3, "N.m/(rad.s)"),
         "controller.K_d": Value([K_d] * 3, "N.m.s/rad"),
         "controller.conditional": conditional,
+        "controller.euler": 1.0,
         "controller.integral": [0.0, 0.0, 0.0],
     }
     return _flight(name, "PID", size, gains, U_MAX, 400.0)
