@@ -125,9 +125,10 @@ class DragFreeBackstepping(Component):
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
         conditions = inertia_conditions(p.J)
-        for name, unit in (("m_sc", "kg"), ("m_tm", "kg"), ("I_tm", "kg.m2"), ("width", "1"), ("Gamma", "s2")):
+        for name, unit in (("m_sc", "kg"), ("m_tm", "kg"), ("I_tm", "kg.m2"), ("Gamma", "s2")):
             value = ca.mmin(vars(p)[name])
             conditions.append(Condition(value, f"{name} = {{}} {unit}: it must be positive.", (value,)))
+        conditions.append(Condition(p.width, "width = {}: it must be positive.", (p.width,)))
         for name, unit in (("scale_r", "m"), ("scale_v", "m/s"), ("scale_angle", "rad"), ("scale_rate", "rad/s")):
             value = ca.mmin(vars(p)[name])
             conditions.append(Condition(value, f"{name} = {{}} {unit}: it must be positive.", (value,)))

@@ -1,0 +1,115 @@
+"""The law of li2014: its first commands, its Lyapunov function, its options, bad input."""
+
+import numpy as np
+import pytest
+from helpers import Point
+from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
+
+from components.controllers.drag_free_backstepping import DragFreeBackstepping
+
+LAW = DragFreeBackstepping
+
+
+def quaternion(angles):
+    """Scalar-first, of angles 3-2-1 given as (roll, pitch, yaw)."""
+    return Rotation.from_euler("ZYX", angles[::-1]).as_quat(scalar_first=True)
+
+
+def point(seed=3, **values):
+    """Random errors and weights; the error angles are e_2 and e_3."""
+    rng = np.random.default_rng(seed)
+    drawn = {
+        "r_rel": rng.normal(size=3) * 1e-3,
+        "v_rel": rng.normal(size=3) * 1e-3,
+        "q_SN": quaternion(rng.normal(size=3) * 1e-2),
+        "omega_SN_S": rng.normal(size=3) * 1e-2,
+        "q_TS": quaternion(rng.normal(size=3) * 1e-2),
+        "omega_TS_T": rng.normal(size=3) * 1e-2,
+        **{f"W_{i}": rng.normal(size=(3, 25)) * 1e-3 for i in (1, 2, 3)},
+    }
+    return Point(LAW(), **(drawn | values))
+
+
+def test_first_commands():
+    y = Point(LAW()).outputs()
+    assert_allclose(y["f_command_S"][0], 2.09999895, rtol=1e-7)
+    assert_allclose(y["tau_command_T"][0], -1.39643619e-5, rtol=1e-6)
+
+
+def test_feedthrough():
+    table = LAW().direct_feedthrough
+    assert table["f_command_S"] == ("r_rel", "v_rel")
+    assert table["tau_command_S"] == ("q_SN", "omega_SN_S", "q_RN", "omega_RN_R")
+    assert set(table["tau_command_T"]) - set(table["tau_command_S"]) == {"q_TS", "omega_TS_T"}
+
+
+def test_rest_is_an_equilibrium():
+    one = [1.0, 0.0, 0.0, 0.0]
+    rest = Point(LAW(), r_rel=[0] * 3, q_SN=one, q_TS=one)
+    y = rest.outputs()
+    assert max(np.abs(y[n]).max() for n in ("f_command_S", "tau_command_S", "tau_command_T")) == 0
+    assert np.abs(rest.rates_flat()).max() == 0
+
+
+@pytest.mark.parametrize("loop", [1, 2, 3])
+def test_lyapunov_function_falls(loop):
+    """V' = -lambda k1 x1^2 - k2 z^2 where f is what a network of the true weights W* says, in the test's own plant."""
+    gains = dict(stiffness=[0.7, 1.2, 0.9], k_1=[0.8, 1.1, 1.3], k_2=[0.6, 0.9, 1.4], Gamma=[2.0, 0.5, 3.0])
+    p, true = point(consistent_feedforward=1.0, **gains), np.random.default_rng(8).normal(size=(3, 25)) * 1e-3
+    y, x = p.outputs(), p.states()
+    lam, k1, k2, Gamma = (gains[n][loop - 1] for n in ("stiffness", "k_1", "k_2", "Gamma"))
+    u = {v.name: part for v, part in zip(p.component.inputs, np.split(p.u, [3, 6, 10, 13, 17, 20, 24]), strict=True)}
+    x1 = {1: u["r_rel"], 2: y["phi_SR"], 3: y["phi_TS"]}[loop]
+    x2 = {1: u["v_rel"], 2: u["omega_SN_S"], 3: u["omega_TS_T"]}[loop]
+    z = x2 + k1 * x1
+    W, W_dot = x[f"W_{loop}"], p.rates()[f"W_{loop}"]
+    h = W_dot * Gamma / z[:, None]
+    f = (true * h).sum(axis=1)
+    if loop == 1:
+        x2_dot = -1e-6 * x1 - 1.4e-11 * x2 - y["f_command_S"] / 1050 + f
+    elif loop == 2:
+        x2_dot = y["tau_command_S"] / 200 + f
+    else:  # the satellite is moved by its command and by what loop 2 has learnt of its disturbance
+        learnt = (x["W_2"] * (p.rates()["W_2"] * 0.5 / (u["omega_SN_S"] + 1.1 * y["phi_SR"])[:, None])).sum(axis=1)
+        moved = y["tau_command_S"] / 200 + learnt
+        x2_dot = (-1e-9 * x1 - 3.3e-14 * x2 + y["tau_command_T"]) / 2.667e-4 - moved + f
+    V_dot = lam * x1 * x2 + z * (x2_dot + k1 * x2) - Gamma * ((true - W) * W_dot).sum(axis=1)
+    assert_allclose(V_dot, -lam * k1 * x1**2 - k2 * z**2, rtol=1e-9)
+
+
+def test_network_off_learns_nothing():
+    assert np.abs(point(network=0.0).rates_flat()).max() == 0
+    assert np.abs(point().rates_flat()).max() > 0
+
+
+def test_consistent_feedforward_adds_what_loop_2_learnt():
+    plain, consistent = (point(consistent_feedforward=c) for c in (0.0, 1.0))
+    other = point(W_2=np.zeros((3, 25)))
+    learnt = (other.outputs()["tau_command_S"] - plain.outputs()["tau_command_S"]) / 200
+    change = consistent.outputs()["tau_command_T"] - plain.outputs()["tau_command_T"]
+    assert_allclose(change, 2.667e-4 * learnt, rtol=1e-9, atol=1e-18)
+
+
+def test_a_turning_reference_is_followed():
+    """Attitude and rate of the reference: no torque for a satellite that moves as it does."""
+    q, rate = quaternion([0.3, -0.2, 0.5]), [1e-3, -2e-3, 5e-4]
+    y = point(q_SN=q, q_RN=-q, omega_SN_S=rate, omega_RN_R=rate, W_2=np.zeros((3, 25))).outputs()
+    assert np.abs(y["tau_command_S"]).max() < 1e-12 and np.abs(y["attitude_error"]).max() < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        (dict(J=np.zeros((3, 3))), "J is not positive definite"),
+        (dict(I_tm=-1.0), "I_tm = -1 kg.m2: it must be positive."),
+        (dict(m_sc=0.0), "m_sc = 0 kg: it must be positive."),
+        (dict(Gamma=[1.0, 0.0, 1.0]), "Gamma = 0 s2: it must be positive."),
+        (dict(width=0.0), "width = 0: it must be positive."),
+        (dict(scale_rate=[1.0, 0.0]), "scale_rate = 0 rad/s: it must be positive."),
+        (dict(q_TS=quaternion([0, np.pi / 2, 0])), "pitch of q_TS is 90 deg at the start"),
+        (dict(q_SN=quaternion([0, np.pi / 2, 0])), "pitch of q_SN is 90 deg at the start"),
+    ],
+)
+def test_bad_input(values, message):
+    assert any(text.startswith(message) for text in Point(LAW(), **values).violated())
