@@ -81,15 +81,15 @@ class AdaptiveL2Gain(Component):
     normalised = Parameter(unit="1", start=1.0, doc="1: weights of g in units of 1/J_ii, 0: of 1/(kg m^2), as printed")
     torque_limit = Parameter(unit="N.m", shape=(3,), start=0.2, doc="u_max, limit per body axis; 1e9: none (Theorem 1)")
     time_unit = Parameter(unit="s", start=1.0, doc="T, unit of time of the gains and of the widths")
-    k = Parameter(unit="1", start=5.0, doc="gain of the angles")
+    k_theta = Parameter(unit="1", start=5.0, doc="k, gain of the angles")
     p1 = Parameter(unit="1", start=10.0, doc="gain of the filtered error, rate of the auxiliary system")
-    gamma = Parameter(unit="1", start=0.2, doc="L2 gain that is asked for")
+    gamma_l2 = Parameter(unit="1", start=0.2, doc="gamma, L2 gain that is asked for")
     c1 = Parameter(unit="1", start=100.0, doc="adaptation gain of the weights of f")
     c2 = Parameter(unit="1", start=100.0, doc="adaptation gain of the weights of g")
     g_min = Parameter(unit="1/(kg.m2)", start=0.2 / 1500.0, nominal=1e-3, doc="floor of the estimated input gain")
-    centres = Parameter(unit="rad", shape=(3, "nodes"), doc="centres in theta, a column a node")
-    rate_centres = Parameter(unit="rad/s", shape=(3, "nodes"), doc="centres in theta', a column a node")
-    width = Parameter(unit="rad", start=1.5, doc="sigma, width of the nodes; in theta' it is sigma / T")
+    theta_centres = Parameter(unit="rad", shape=(3, "nodes"), doc="centres in theta, a column a node")
+    theta_dot_centres = Parameter(unit="rad/s", shape=(3, "nodes"), doc="centres in theta', a column a node")
+    theta_width = Parameter(unit="rad", start=1.5, doc="sigma, width of the nodes; in theta' it is sigma / T")
 
     q_BN = Input(unit="1", shape=(4,), start=START_Q_BN.full().ravel(), doc="attitude of the body, scalar first")
     omega_BN_B = Input(
@@ -149,12 +149,12 @@ class AdaptiveL2Gain(Component):
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
         conditions = vehicle.inertia_conditions(p.J)
-        for name in ("time_unit", "p1", "gamma", "c1", "c2", "g_min", "width", "torque_limit"):
+        for name in ("time_unit", "p1", "gamma_l2", "c1", "c2", "g_min", "theta_width", "torque_limit"):
             least = ca.mmin(vars(p)[name])
             unit = next(v.unit for v in self.parameters if v.name == name)
             conditions.append(Condition(least, f"{name} = {{}} {unit}: it must be positive.", (least,)))
-        text = "k = {} 1: it must not be below -1/2."
-        conditions.append(Condition(p.k + 0.5, text, (p.k,)))
+        text = "k_theta = {} 1: it must not be below -1/2."
+        conditions.append(Condition(p.k_theta + 0.5, text, (p.k_theta,)))
         law = self._law(x, u, p)
         for i, axis in enumerate(("roll", "pitch", "yaw")):
             text = (
@@ -174,14 +174,14 @@ class AdaptiveL2Gain(Component):
         q_BR, T = quaternion.error(u.q_BN, u.q_RN), p.time_unit
         theta = euler.angles_321(q_BR)
         theta_dot = euler.rates_321(theta, u.omega_BN_B - quaternion.dcm(q_BR) @ u.omega_RN_R, euler.LOCK)  # (1a)
-        slope = (p.k + 0.5) / T
+        slope = (p.k_theta + 0.5) / T
         z2 = theta_dot + slope * theta  # (1b)
-        width = p.width / np.sqrt(2)
-        X = gaussian((theta, p.centres, width), (theta_dot, p.rate_centres, width / T))  # (38)
+        width = p.theta_width / np.sqrt(2)
+        X = gaussian((theta, p.theta_centres, width), (theta_dot, p.theta_dot_centres, width / T))  # (38)
         f_hat, product = x.W_f @ X, x.W_g @ X / self._scale(p)
         g_hat = ca.fmax(product, p.g_min)  # (1c)
         e2 = z2 - x.e1  # (26)
-        kappa = (p.gamma**2 + 1) / (2 * p.gamma**2)
+        kappa = (p.gamma_l2**2 + 1) / (2 * p.gamma_l2**2)
         adaptive = -f_hat - slope * theta_dot - theta / T**2 - p.p1 * z2 / T  # (18)
         robust = -kappa * e2 / T  # (29)
         raw = (adaptive + robust) / g_hat  # (27)

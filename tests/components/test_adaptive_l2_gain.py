@@ -181,10 +181,10 @@ REFUSALS = {
     "printed": ({"W_g": np.zeros((3, 5)), "normalised": 0.0}, ["ghat(0) of yaw", "is 0 1/(kg.m2)"]),
     "J": ({"J": [[1, 2, 0], [2, 1, 0], [0, 0, 1]]}, ["J is not positive definite"]),
     "limit": ({"torque_limit": [0.2, 0.2, 0.0]}, ["torque_limit = 0 N.m: it must be positive"]),
-    "gamma": ({"gamma": 0.0}, ["gamma = 0 1: it must be positive"]),
+    "gamma": ({"gamma_l2": 0.0}, ["gamma_l2 = 0 1: it must be positive"]),
     "g_min": ({"g_min": -1.0}, ["g_min = -1 1/(kg.m2): it must be positive"]),
-    "width": ({"width": 0.0}, ["width = 0 rad: it must be positive"]),
-    "k": ({"k": -1.0}, ["k = -1 1: it must not be below -1/2"]),
+    "width": ({"theta_width": 0.0}, ["theta_width = 0 rad: it must be positive"]),
+    "k": ({"k_theta": -1.0}, ["k_theta = -1 1: it must not be below -1/2"]),
 }
 
 

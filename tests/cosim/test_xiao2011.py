@@ -44,7 +44,7 @@ def synthetic(settles=80.0, quiet=50.0, torque=0.2, e1=0.0, raw=10.0, k=5.0, tim
     body = turn * Rotation.from_quat(quaternions(theta), scalar_first=True)
     return table(
         time,
-        {"controller.k": k, "controller.p1": 10.0},
+        {"controller.k_theta": k, "controller.p1": 10.0},
         plant__q_BN=body.as_quat(scalar_first=True),
         plant__omega_BN_B=body.inv().apply([0, -system.ORBIT_RATE, 0]),
         guidance__q_RN=turn.as_quat(scalar_first=True),
@@ -140,7 +140,7 @@ def test_experiments_differ_in_what_their_names_say():
         first, second = p[f"xiao2011-{a}"], p[f"xiao2011-{b}"]
         return {n for n in first if str(first[n]) != str(second[n])}
 
-    assert changed("l2gain", "l2gain-large") == start | {"controller.k"}
+    assert changed("l2gain", "l2gain-large") == start | {"controller.k_theta"}
     assert changed("l2gain", "l2gain-large-k5") == start
     assert changed("l2gain", "l2gain-printed") == {"controller.normalised"}
     assert changed("pid", "pid-large") == start

@@ -59,7 +59,7 @@ def _settles_large(runs: Mapping[str, Result]) -> Measured:
 
 def _settles_large_slower(runs: Mapping[str, Result]) -> Measured:
     worst = _worst(settling(runs[L2_LARGE], SETTLED))
-    used = _parameter(runs[L2_LARGE], "controller.k")
+    used = _parameter(runs[L2_LARGE], "controller.k_theta")
     text = f"k = {used:g}: {_settles(runs[L2_LARGE])}"
     return Measured(text, {"time": _about(worst, 80.0), "with the paper's k": used == K})
 
