@@ -50,14 +50,16 @@ def test_rate_is_that_of_the_frame():
     assert_allclose(turning(q, 500.0, 1.0), [0, -RATE, 0], atol=1e-12)
 
 
-def kepler(e: float):
-    """Position and velocity on an inclined orbit that scipy integrates."""
+def kepler(e: float, J2: float = 0.0):
+    """Position and velocity on an inclined orbit that scipy integrates, with the potential's J2 written out."""
     a = 7e6
     turn = Rotation.from_euler("ZXZ", [40, 60, 25], degrees=True)
     r, v = turn.apply([a * (1 - e), 0, 0]), turn.apply([0, np.sqrt(MU / a * (1 + e) / (1 - e)), 0])
 
     def rates(t, y):
-        return [*y[3:], *(-MU * y[:3] / np.linalg.norm(y[:3]) ** 3)]
+        r, (_, _, z) = np.linalg.norm(y[:3]), y[:3]
+        oblate = 1.5 * J2 * 6378136.3**2 / r**2 * (np.array([1, 1, 3]) - 5 * z**2 / r**2)
+        return [*y[3:], *(-MU * y[:3] / r**3 * (1 + oblate))]
 
     return solve_ivp(rates, (0, 7000), [*r, *v], "DOP853", rtol=1e-12, atol=1e-6, dense_output=True).sol
 
@@ -80,6 +82,19 @@ def test_frame_of_position_and_velocity(e, t):
     assert_allclose(y["omega_RN_R"], turning(lambda s: outputs(s)["q_RN"], t, h), rtol=1e-4, atol=1e-9)
     slope = (outputs(t + h)["omega_RN_R"] - outputs(t - h)["omega_RN_R"]) / (2 * h)
     assert_allclose(y["omega_dot_RN_R"], slope, rtol=1e-4, atol=1e-11)
+
+
+def test_the_plane_of_an_orbit_about_an_oblate_earth_turns():
+    """With J2 the frame turns about nadir too, some 1e-6 rad/s: omega_RN_R has it."""
+    orbit, J2, h = kepler(0.01, 1.08262668e-3), 1.08262668e-3, 5.0
+
+    def outputs(moment):
+        return Point(OrbitFrameFromState(), J2=J2, r_N=orbit(moment)[:3], v_N=orbit(moment)[3:]).outputs()
+
+    for t in (300.0, 1500.0, 3100.0):
+        y = outputs(t)
+        assert_allclose(y["omega_RN_R"], turning(lambda s: outputs(s)["q_RN"], t, h), atol=1e-9)
+        assert 1e-8 < abs(y["omega_RN_R"][2]) < 5e-6
 
 
 def test_both_agree_on_a_circle():
