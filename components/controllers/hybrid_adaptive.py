@@ -38,6 +38,7 @@ import numpy as np
 
 from .. import vehicle
 from ..attitude import allocation, cmg, mrp, projection, quaternion
+from ..attitude.vectors import length
 from ..framework import AttitudeController, CalculatedParameter, Component, Condition, Input, Output, Parameter, State
 
 INERTIA = np.array([[120.0, 2.0, -1.5], [2.0, 110.0, 1.0], [-1.5, 1.0, 90.0]])
@@ -56,6 +57,11 @@ class Law:
     tau: Any
     cosine: Any  # scalar parts of the quaternions: cosines of half the turns from N
     cosine_d: Any
+
+
+def _unit(q: Any) -> Any:
+    """Return q / |q|, and no number that is none for q = 0, so that the start's check is what refuses it."""
+    return q / ca.fmax(length(q), 1e-9)
 
 
 class HybridAdaptive(Component):
@@ -114,7 +120,7 @@ class HybridAdaptive(Component):
     def initial(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         s, _ = cmg.rotated(p.rotor_axes_B, self._transverse(p), u.gimbal_angle)
         h = p.J @ u.omega_BN_B + s @ p.rotor_momentum + p.spin_axes_B @ (p.wheel_inertia * u.wheel_speed)
-        return {"H_0": quaternion.rotate(quaternion.normalised(u.q_BN), h)}
+        return {"H_0": quaternion.rotate(_unit(u.q_BN), h)}
 
     def derivatives(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         law = self._law(x, u, p)
@@ -169,9 +175,9 @@ class HybridAdaptive(Component):
         return cmg.transverse(p.gimbal_axes_B, p.rotor_axes_B)
 
     def _law(self, x: Any, u: Any, p: Any) -> Law:
-        q_d, w, w_d = quaternion.normalised(u.q_RN), u.omega_BN_B, u.omega_RN_R
+        q_d, w, w_d = _unit(u.q_RN), u.omega_BN_B, u.omega_RN_R
         q_d = q_d * ca.if_else(ca.logic_and(p.shadow > 0, q_d[0] < 0), -1, 1)
-        q = quaternion.normalised(u.q_BN)
+        q = _unit(u.q_BN)
         q = q * ca.if_else(ca.dot(q, q_d) < 0, -1, 1)
         sigma, sigma_d = mrp.from_quaternion(q), mrp.from_quaternion(q_d)
         G, G_d = mrp.G(sigma), mrp.G(sigma_d)

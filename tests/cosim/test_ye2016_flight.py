@@ -1,5 +1,6 @@
 """ye2016 flown from native FMUs: every figure of its table, momentum across units, limits of the loop, claims."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import simpson
 from ye2016_loop import CONNECTIONS, OFF, loop
 
-from cosim.errors import StepFailed
+from cosim.errors import InitializationFailed, StepFailed
 from cosim.library import Library
 from cosim.masters.explicit import Explicit
 from cosim.papers import scenario, ye2016
@@ -185,6 +186,24 @@ def test_slope_1_towards_the_loop_as_one_ode():
         distance.append(2 * np.abs(run["plant.q_BN"] - x["plant.q_BN"]).max())
     assert distance[-1] < 2e-6  # rad; 1.2e-7 at 1 ms in equations/ye2016.md
     assert_allclose(np.diff(np.log(distance)) / np.diff(np.log(steps)), 1.0, atol=0.1)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"controller.k_1": [0.08, -0.18, 0.12]}, r"controller .*k_1\[2\] = -0.18 1/s2: A_1 = .* is Hurwitz only if"),
+        ({"guidance.q_RN": [0.0] * 4}, r"guidance .*q_RN has norm 0 at the start, a unit quaternion"),
+        ({"actuators.gimbal_axes_B": 2 * system.GIMBAL_AXES}, r"actuators .*axis 1 of gimbal_axes_B has length 2"),
+        ({"actuators.spin_axes_B": np.full((3, 3), 3**-0.5)}, None),  # gyros span without the wheels
+    ],
+)
+def test_bad_input_is_refused_by_the_fmu(settings, message):
+    if message is None:
+        assert fly(system.ADAPTIVE, settings, stop_time=0.1).time[-1] == pytest.approx(0.1)
+        return
+    with pytest.raises(InitializationFailed) as caught:
+        fly(system.ADAPTIVE, settings, stop_time=0.1)
+    assert re.search(message, str(caught.value).replace("\n", " "))
 
 
 def test_both_back_ends_are_equal():
