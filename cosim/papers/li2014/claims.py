@@ -48,7 +48,8 @@ def _attitudes(runs: Mapping[str, Result]) -> Measured:
 
 
 def _compensates(runs: Mapping[str, Result]) -> Measured:
-    ratio = tail(runs[NO_NN], relative_position(runs[NO_NN])) / tail(runs[NN], relative_position(runs[NN]))
+    with_network, without = (tail(runs[name], relative_position(runs[name])) for name in (NN, NO_NN))
+    ratio = without / with_network if with_network > 0 else np.inf
     (f, on), (_, off) = (residual_density(runs[name]) for name in (NN_SPECTRUM, NO_NN_SPECTRUM))
     gain = off[:, 0] / np.where(on[:, 0] > 0, on[:, 0], np.inf)
     slow, fast = (float(np.median(gain[np.abs(f - at) <= 0.1 * at])) for at in (5e-3, 0.1))

@@ -1,0 +1,133 @@
+"""The systems and claims of li2014."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pytest
+
+from components.catalog import CATALOG
+from cosim import metrics, papers
+from cosim.papers import li2014
+from cosim.papers.claims import judge
+from cosim.papers.li2014 import spectrum, system
+from cosim.result import Result
+from cosim.slave import interface_of
+from cosim.system import Value
+from cosim.wiring import wire
+from fmus.in_process import description
+
+IDEAL = (system.NN, system.NO_NN, system.NN_LVLH, system.NO_NN_LVLH)
+
+
+@pytest.mark.parametrize("name", li2014.systems())
+def test_the_system_fits_its_components(name):
+    """All inputs fed, every parameter known, every unit convertible: nothing is left to complain about."""
+    flight, experiment = papers.scenario(name)
+    assert flight.name == name
+    interfaces = {
+        instance: interface_of(description(CATALOG[reference]()), Path(reference))
+        for instance, reference in flight.components.items()
+    }
+    settings = {str(port): value for port, value in wire(flight, interfaces).settings.items()}
+    assert settings["plant.J[2,2]"] == settings["controller.J[2,2]"] == 200.0
+    assert settings["plant.cage_gap"] == 4e-3
+    assert experiment.stop_time == (2000.0 if "spectrum" in name or "actuators" in name else 200.0)
+
+
+@pytest.mark.parametrize("name", IDEAL)
+def test_components_start_at_the_numbers_of_the_paper(name):
+    """What a system sets and a component has as its own start agree, except what the experiment is about."""
+    flight, _ = papers.scenario(name)
+    starts = {
+        instance: {v.name: v.start for v in (*part.parameters, *part.states)}
+        for instance, part in ((i, CATALOG[r]()) for i, r in flight.components.items())
+    }
+    differ = set()
+    for target, value in flight.parameters.items():
+        instance, variable = target.split(".", 1)
+        number = np.asarray(value.value if isinstance(value, Value) else value, float)
+        factor = {"mm": 1e-3, "deg": np.pi / 180}.get(value.unit if isinstance(value, Value) else None, 1.0)
+        if not np.allclose(number * factor, starts[instance][variable], rtol=1e-12, atol=1e-15):
+            differ.add(target)
+    expected = {"plant.solver.step", "controller.solver.step"}
+    expected |= {"controller.network"} if "no-nn" in name else set()
+    expected |= {"plant.q_SN", "plant.omega_SN_S"} if "lvlh" in name else {"guidance.angle"}
+    assert differ == expected
+
+
+def test_initial_states_are_those_of_the_equations():
+    """The state at t = 0 of equations/parameters.json, for the LVLH case too."""
+    lvlh = system.initial_state(lvlh=True)
+    q = [0.562006422768794, 0.24402224156899613, -0.7830788186568098, 0.1067215543239574]
+    w = [-8.150161646771547e-06, -0.0011672740507584246, 1.009059743330371e-05]
+    np.testing.assert_allclose(lvlh["plant.q_SN"] * np.sign(lvlh["plant.q_SN"][0]), q, atol=1e-15)
+    np.testing.assert_allclose(lvlh["plant.omega_SN_S"].value, w, atol=1e-17)
+    inertial = system.initial_state(lvlh=False)
+    q = [0.9999809216719303, 0.004372406155852035, -0.002602719276952274, 0.003502029258937982]
+    np.testing.assert_allclose(inertial["plant.q_SN"], q, atol=1e-15)
+    q = [0.9999277701901729, 0.008756700008556063, -0.004302115180700307, 0.007019003664389736]
+    np.testing.assert_allclose(inertial["plant.q_TS"], q, atol=1e-15)
+
+
+def made(stop=200.0, step=0.1, residual=None, **variables) -> Result:
+    """A run that is quiet except for what is given."""
+    t = np.arange(0, stop + step / 2, step)
+    rows = {
+        "plant.r_rel": np.zeros((len(t), 3)),
+        "plant.q_SN": np.tile([1.0, 0, 0, 0], (len(t), 1)),
+        "plant.q_TS": np.tile([1.0, 0, 0, 0], (len(t), 1)),
+        "guidance.q_RN": np.tile([1.0, 0, 0, 0], (len(t), 1)),
+        "plant.residual_acceleration_S": np.zeros((len(t), 3)) if residual is None else residual(t),
+        "environment.f_dist_B": np.zeros((len(t), 3)),
+        "controller.f_command_S": np.full((len(t), 3), 2.1),
+    }
+    rows |= {name.replace("__", "."): value * np.ones((len(t), 3)) for name, value in variables.items()}
+    columns = {"time": t, "plant.cage_contact": 0 * t, "plant.contact_time": t}
+    columns |= {f"{n}[{i + 1}]": v[:, i] for n, v in rows.items() for i in range(v.shape[1])}
+    return Result(pa.table(columns), {})
+
+
+def test_density_of_white_noise():
+    rng = np.random.default_rng(1)
+    run = made(4000.0, 0.2, lambda t: 3e-14 * np.sqrt(2.5) * rng.normal(size=(len(t), 3)))
+    f, values = spectrum.residual_density(run)
+    assert np.sqrt((values[(f > 0.1) & (f < 2)] ** 2).mean()) == pytest.approx(3e-14, rel=0.03)
+
+
+def noisy(level, seed=1):
+    rng = np.random.default_rng(seed)
+    return made(2000.0, 0.2, lambda t: level * rng.normal(size=(len(t), 3)))
+
+
+def verdicts(**changes):
+    runs = {system.NN: made(plant__r_rel=1e-9), system.NO_NN: made(plant__r_rel=1e-6)}
+    runs |= {system.NN_SPECTRUM: noisy(1e-15), system.NO_NN_SPECTRUM: noisy(1e-13), system.ACTUATORS: noisy(1e-15)}
+    runs |= {system.PRINTED_START: made()}
+    runs |= {getattr(system, name): run for name, run in changes.items()}
+    return [v.verdict for v in judge(li2014.CLAIMS, runs)]
+
+
+def test_verdicts_follow_from_the_runs():
+    assert verdicts()[:3] == ["reproduced"] * 3
+    assert verdicts()[3:] == ["partly", "reproduced"]  # the command is too large, yet the test mass stays free
+    assert verdicts(NN=made(plant__r_rel=2e-6))[0] == "not reproduced"
+    assert verdicts(NO_NN=made(plant__r_rel=2e-9))[2] == "partly"
+    assert verdicts(NO_NN_SPECTRUM=noisy(1e-15), NO_NN=made(plant__r_rel=1e-9))[2] == "not reproduced"
+    assert verdicts(NN=made(controller__f_command_S=0.01))[3] == "reproduced"
+    assert verdicts(ACTUATORS=noisy(1e-12))[4] == "partly"
+    assert verdicts(NN=made(100.0))[0] == "not judged"
+
+
+def test_metrics_of_a_drag_free_satellite():
+    found = metrics.attitude(made())
+    assert found["APE max (deg)"] == 0 and found["test mass at its cage (s)"] is None
+    run = made()
+    columns = {n: run.table[n] for n in run.table.column_names}
+    columns["plant.cage_contact"] = pa.array((run.time >= 41.0).astype(float))
+    columns["plant.contact_time"] = pa.array(np.minimum(run.time, 41.0))
+    caught = Result(pa.table(columns), {})
+    assert metrics.attitude(caught)["test mass at its cage (s)"] == 41.0
+    assert spectrum.contact(caught) == 41.0 and spectrum.contact(run) is None
+    json.dumps(metrics.attitude(caught))
