@@ -156,9 +156,10 @@ def _connections() -> list[Connection]:
         Connection("actuators.h_B", "plant.h_B", "ramp"),
         # A known function of time: its mean over the step is at hand without an iteration, and second order.
         Connection("environment.tau_dist_B", "plant.tau_dist_B", "midpoint"),
-        Connection("plant.omega_BN_B", "observer.omega_BN_B", "after_step"),
+        # A ramp: what the observer shows at the end of its step is then that of the end, for the controller's mean.
+        Connection("plant.omega_BN_B", "observer.omega_BN_B", "ramp"),
         Connection("actuators.tau_B", "observer.tau_B", "after_step"),
-        Connection("actuators.h_B", "observer.h_B", "after_step"),
+        Connection("actuators.h_B", "observer.h_B", "ramp"),
         Connection("plant.q_BN", "controller.q_BN", "after_step"),
         Connection("plant.omega_BN_B", "controller.omega_BN_B", "after_step"),
         Connection("guidance.q_RN", "controller.q_RN", "after_step"),
