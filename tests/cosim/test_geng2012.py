@@ -88,7 +88,7 @@ def test_the_paper_s_numbers_are_the_components_start_values():
     for instance, part in loop().items():
         for name in (v.name for v in part.parameters):
             value = flight.parameters.get(f"{instance}.{name}", vehicle.get(f"{instance}.{name}"))
-            if value is None or isinstance(value, Value) and value.unit in ("deg", "deg/s"):
+            if value is None or (isinstance(value, Value) and value.unit in ("deg", "deg/s")):
                 continue
             assert_allclose(number(value), start(part, name), rtol=1e-12, atol=1e-15, err_msg=f"{instance}.{name}")
 
