@@ -111,7 +111,7 @@ def test_rate_of_the_orbit_frame_where_the_earth_is_oblate():
     shown = [Point(OrbitFrameFromState(), r_N=s[:3], v_N=s[3:]).outputs() for s in (ends[0], start, ends[1])]
     before, _, after = (Rotation.from_quat(y["q_RN"], scalar_first=True) for y in shown)
     rate = (before.inv() * after).as_rotvec() / (2 * h)
-    assert abs(rate[2]) > 3e-7  # what J2 does to the plane
+    assert abs(rate[2]) > 1e-7  # what J2 does to the plane
     assert_allclose(shown[1]["omega_RN_R"], rate, atol=2e-9)
 
 

@@ -110,7 +110,7 @@ def _errors(
 def _commands(runs: Mapping[str, Result]) -> Figure:
     """Draw the size of the commands of the three loops."""
     names = ("f_command_S", "tau_command_S", "tau_command_T")
-    texts = ("force on the satellite (N)", "torque on the satellite (N m)", "torque on the test mass (N m)")
+    texts = ("force (N)", "satellite torque (N m)", "test mass torque (N m)")
     limits = (20e-3, 1e-3, 2e-8)
     figure, grid = plots.panels(3, 1, "Commands of the three loops, and what the named thrusters can do", height=2.0)
     for row, name, text, limit in zip(grid, names, texts, limits, strict=True):
@@ -119,9 +119,9 @@ def _commands(runs: Mapping[str, Result]) -> Figure:
             row[0].semilogy(run.time, np.where(size > 0, size, np.nan), label=label, **LOOKS[label])
         row[0].axhline(limit, color=plots.GREY, linewidth=1, label="limit of the hardware")
         row[0].set_ylabel(text)
-        row[0].set_xlim(0, 60)
+        row[0].set_xlim(0, min(60.0, max(run.time[-1] for run in runs.values())))
     figure.align_ylabels([row[0] for row in grid])
-    plots.legend(figure, columns=5)
+    plots.legend(figure, columns=3)
     return figure
 
 
