@@ -124,13 +124,14 @@ def _modes(runs: Mapping[str, Result]) -> Figure:
     end = _last(runs)
     columns = 2 if end > 35.0 else 1
     figure, grid = plots.panels(4, columns, "Modal coordinates (figures 5 and 9)", height=1.6)
+    thin: dict[str, Any] = {"linewidth": 1.0}
     for i, row in enumerate(grid):
         for name, run in runs.items():
             late = run.time >= 30.0
-            row[0].plot(run.time, run["plant.eta"][:, i], label=name, **(LOOKS[name] | {"linewidth": 1.0}))
+            look = LOOKS[name] | thin
+            row[0].plot(run.time, run["plant.eta"][:, i], label=name, **look)
             for ax in row[1:]:
-                eta = 1e3 * run["plant.eta"][late, i]
-                ax.plot(run.time[late], eta, label=name, **(LOOKS[name] | {"linewidth": 1.0}))
+                ax.plot(run.time[late], 1e3 * run["plant.eta"][late, i], label=name, **look)
         row[0].set_ylabel(plots.label(rf"$\eta_{i + 1}$", "kg(1/2).m"))
         row[0].set_xlim(0, min(END, end))
         for ax in row[1:]:
@@ -183,7 +184,7 @@ def _torque(run: Result) -> Figure:
     axes = [row[0] for row in grid]
     accelerations = series(run, "steering.wheel_acceleration_command")
     for i, (ax, axis) in enumerate(zip(axes, "xyz", strict=True)):
-        raw = {"color": plots.COLOURS[6], "linewidth": 0.8, "alpha": 0.7}
+        raw: dict[str, Any] = {"color": plots.COLOURS[6], "linewidth": 0.8, "alpha": 0.7}
         ax.plot(run.time, run["controller.tau_command_B"][:, i], label="command", **raw)
         ax.plot(run.time, run["actuators.tau_B"][:, i], label="on the hub", **plots.look(0))
         if accelerations is not None:
@@ -192,7 +193,7 @@ def _torque(run: Result) -> Figure:
         for side in (1, -1):
             if axis == "y":
                 ax.axhline(side * PLANE_TORQUE, color=plots.GREY, linewidth=1, linestyle="--", label="limit, plane")
-            look = {"color": plots.GREY, "linewidth": 1, "linestyle": plots.LINES[3]}
+            look: dict[str, Any] = {"color": plots.GREY, "linewidth": 1, "linestyle": plots.LINES[3]}
             ax.axhline(side * WHEEL_TORQUE, label="limit, wheels", **look)
         ax.set_ylabel(rf"$\tau_{axis}$ (N m)")
         ax.set_xlim(0, min(40.0, run.time[-1]))
