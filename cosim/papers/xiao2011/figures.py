@@ -36,6 +36,7 @@ LARGE = {
     PID_LARGE: "PID",
     PID_ANTIWINDUP: "PID, conditional integration",
 }
+RAW = {L2_UNCONSTRAINED: "L2-gain, no limit (Theorem 1)", L2: "L2-gain (Theorem 2)", PID: "PID"}
 SCALES = {L2: "weights of g in 1/J", L2_PRINTED: "weights as printed"}
 
 
@@ -56,8 +57,8 @@ def figures(results: Mapping[str, Result]) -> dict[str, Figure]:
         scales = _chosen(results, SCALES)
         if SCALES[L2_PRINTED] in scales:
             drawn["scale_of_the_weights"] = _angles(scales, "L2-gain, case S: scale of the weights")
-        free = _chosen(results, {L2_UNCONSTRAINED: "no limit (Theorem 1)", L2: "limit 0.2 N m (Theorem 2)"})
-        if "no limit (Theorem 1)" in free:
+        free = _chosen(results, RAW)
+        if RAW[L2_UNCONSTRAINED] in free:
             drawn["raw_command"] = _raw(free)
     return drawn
 
@@ -81,13 +82,16 @@ def _rates(runs: Mapping[str, Result], title: str) -> Figure:
 
 
 def _torque(runs: Mapping[str, Result], title: str) -> Figure:
-    """Draw the torque on the hub with its limit."""
+    """Draw the torque on the hub with its limit, and the raw command, which leaves the axis (see `_raw`)."""
     names = [rf"$u_{i + 1}$, {axis}" for i, axis in enumerate(AXES)]
     figure, grid = _columns({name: (run.time, run["plant.tau_B"]) for name, run in runs.items()}, names, "N.m", title)
-    for ax in (ax for row in grid for ax in row):
-        for side in (1, -1):
-            ax.axhline(side * U_MAX, color=plots.GREY, linewidth=1, linestyle=plots.LINES[3], label="limit")
-        ax.set_ylim(-1.3 * U_MAX, 1.3 * U_MAX)
+    for column, run in enumerate(runs.values()):
+        for i, ax in enumerate(row[column] for row in grid):
+            raw = run["controller.u"][:, i]
+            ax.plot(run.time, raw, label="before the limiter", color=plots.GREY, linewidth=0.6, alpha=0.6, zorder=1)
+            for side in (1, -1):
+                ax.axhline(side * U_MAX, color=plots.GREY, linewidth=1, linestyle=plots.LINES[3], label="limit")
+            ax.set_ylim(-2 * U_MAX, 2 * U_MAX)
     plots.legend(figure)
     return figure
 
@@ -121,7 +125,7 @@ def _columns(
 
 def _raw(runs: Mapping[str, Result]) -> Figure:
     """Draw the command before the limiter, on a logarithmic axis: it is far beyond what wheels give."""
-    figure, grid = plots.panels(3, 1, "L2-gain, case S: command before the limiter, absolute value")
+    figure, grid = plots.panels(3, 1, "Command before the limiter, absolute value, case S")
     for i, (ax,) in enumerate(grid):
         for index, (name, run) in enumerate(runs.items()):
             rows = np.abs(run["controller.u"][:, i])
