@@ -20,7 +20,7 @@ taken with the sign that is nearer to it.
 
 Symbols: sigma MRP of the body, w omega_BN_B, sigma_d, w_d of the reference; C(sigma) = dcm_BN; gamma gimbal_angle, h
 rotor_momentum, I wheel_inertia; H_0 the total momentum in N at the start, as the nominal axes give it. alpha_F =
-alpha_G = 0: no adaptation; Theta at the true values: perfect knowledge. tau_command_B = J G^-1 v is what v asks for.
+alpha_G = 0: no adaptation; Theta at the true values: perfect knowledge. tau_wanted_B = J G^-1 v.
 Source: D. Ye, Z. Sun, Y. Liu, An adaptive control algorithm for hybrid actuator with installation deviation, J. Harbin
 Inst. Tech. 48(11), 2016. Changed: the inverse in X^+, G^-T in (18) and |Theta|^2 in the projection, which the print has
 lost. The gains are diagonal: its eigenvalues -0.2 +- 0.2i, -0.2 sqrt 2, -0.3 +- 0.3i, -0.3 sqrt 2 leave K open. Q_u is
@@ -65,7 +65,7 @@ def _unit(q: Any) -> Any:
 
 
 class HybridAdaptive(Component):
-    ports = (AttitudeController, vehicle.MomentumStorage)
+    ports = vehicle.MomentumStorage
     gimbals: int = 4  # structural: control moment gyros
     wheels: int = 3  # structural: reaction wheels
 
@@ -85,6 +85,11 @@ class HybridAdaptive(Component):
     P_12 = CalculatedParameter(unit="1", shape=(3,), doc="solution of the Lyapunov equation, e with e'")
     P_22 = CalculatedParameter(unit="s", shape=(3,), doc="solution of the Lyapunov equation, e' with e'")
 
+    q_BN = AttitudeController.q_BN
+    omega_BN_B = AttitudeController.omega_BN_B
+    q_RN = AttitudeController.q_RN
+    omega_RN_R = AttitudeController.omega_RN_R
+    omega_dot_RN_R = AttitudeController.omega_dot_RN_R
     gimbal_angle = Input(unit="rad", shape=("gimbals",), display_unit="deg", doc="gamma, measured gimbal angles")
     wheel_speed = Input(unit="rad/s", shape=("wheels",), doc="wheel speeds at the start, for H_0")
 
@@ -107,6 +112,8 @@ class HybridAdaptive(Component):
         unit="rad/s", shape=("gimbals",), display_unit="deg/s", nominal=1e-2, doc="gimbal rates wanted"
     )
     wheel_acceleration_command = Output(unit="rad/s2", shape=("wheels",), doc="wheel accelerations wanted")
+    attitude_error = AttitudeController.attitude_error
+    tau_wanted_B = Output(unit="N.m", shape=(3,), doc="torque on the hub that the commands are to give")
     e = Output(unit="1", shape=(3,), nominal=1e-3, doc="e_1, error of sigma")
     e_dot = Output(unit="1/s", shape=(3,), nominal=1e-4, doc="e_2, error of sigma'")
     H_hat_N = Output(unit="N.m.s", shape=(3,), doc="estimated total momentum, H_0 + Theta_F")
@@ -144,7 +151,7 @@ class HybridAdaptive(Component):
     def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         law = self._law(x, u, p)
         return {
-            "tau_command_B": law.tau,
+            "tau_wanted_B": law.tau,
             "attitude_error": quaternion.rotation_vector(quaternion.error(u.q_BN, u.q_RN)),
             "gimbal_rate_command": law.rates,
             "wheel_acceleration_command": law.accelerations,

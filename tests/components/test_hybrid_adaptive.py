@@ -37,7 +37,7 @@ def test_feedthrough():
     """Nothing depends on the wheels' speed after the start."""
     table = HybridAdaptive().direct_feedthrough
     assert set(table["gimbal_rate_command"]) == set(table["wheel_acceleration_command"]) == SENSED | {"gimbal_angle"}
-    assert set(table["tau_command_B"]) == SENSED
+    assert set(table["tau_wanted_B"]) == SENSED
     assert table["H_hat_N"] == ()
 
 
@@ -79,7 +79,7 @@ def delivered(point, y, **structure):
 def test_a_cluster_as_it_is_known_gives_the_torque_that_is_wanted(weight):
     """X u = v exactly, whatever the weights: only the share of the wheels changes."""
     y = (point := moving(wheel_weight=weight)).outputs()
-    assert_allclose(delivered(point, y), y["tau_command_B"], rtol=1e-10)
+    assert_allclose(delivered(point, y), y["tau_wanted_B"], rtol=1e-10)
     other = moving(wheel_weight=1e4 / weight).outputs()
     share = np.abs(y["wheel_acceleration_command"]).max(), np.abs(other["wheel_acceleration_command"]).max()
     assert (share[0] > share[1]) == (weight > 1.0)
@@ -89,7 +89,7 @@ def test_a_cluster_as_it_is_known_gives_the_torque_that_is_wanted(weight):
 def test_gyros_alone_and_wheels_alone(structure):
     point = moving(**structure)
     y = point.outputs()
-    assert_allclose(delivered(point, y, **structure), y["tau_command_B"], rtol=1e-9)
+    assert_allclose(delivered(point, y, **structure), y["tau_wanted_B"], rtol=1e-9)
     assert np.isfinite(point.rates_flat()).all() and point.violated() == []
 
 

@@ -104,7 +104,7 @@ def test_true_axes_known_are_the_clusters():
         wheel_acceleration_command=law["wheel_acceleration_command"],
     )
     tau = cluster.functions.mean_rates(0, cluster.x, cluster.u, cluster.p, cluster.c).full().ravel()
-    np.testing.assert_allclose(tau, law["tau_command_B"], rtol=1e-9)
+    np.testing.assert_allclose(tau, law["tau_wanted_B"], rtol=1e-9)
 
 
 def test_slow_poles_are_a_tenth():
