@@ -82,6 +82,7 @@ AGILE = starting_at(
     [0.005607, 0.008620, 0.01283, 0.02516],
 )
 
+
 class MomentumStorage:
     """Gyros and wheels, nominal, as a cluster and the controllers that need it know them.
 
