@@ -153,6 +153,9 @@ class DragFreeSatellite(Component):
         text = "r_N is {} km from the Earth's centre at the start, its radius is {} km: the orbit is below the surface."
         above = ca.if_else(p.mu > 0, r > p.earth_radius, 1)
         conditions.append(Condition(above, text, (r / 1e3, p.earth_radius / 1e3)))
+        off = ca.mmax(ca.fabs(x.r_rel))
+        text = "r_rel has an element of {} mm at the start, its cage is at {} mm (cage_gap)."
+        conditions.append(Condition(p.cage_gap - off, text, (1e3 * off, 1e3 * p.cage_gap)))
         for name in ("q_SN", "q_TS"):
             norm = ca.norm_2(vars(x)[name])
             text = (

@@ -149,6 +149,7 @@ def test_the_cage_holds_the_test_mass():
         (dict(m_sc=0.0), "m_sc = 0 kg: it must be positive."),
         (dict(cage_gap=0.0), "cage_gap = 0 m: it must be positive."),
         (dict(r_N=[6.3e6, 0, 0]), "r_N is 6300 km from the Earth's centre at the start, its radius is 6378.14 km"),
+        (dict(r_rel=[0, -5e-3, 0]), "r_rel has an element of 5 mm at the start, its cage is at 4 mm (cage_gap)."),
         (dict(q_SN=[0, 0, 0, 0]), "q_SN has norm 0 at the start"),
         (dict(q_TS=[2, 0, 0, 0]), "q_TS has norm 2 at the start"),
     ],

@@ -33,7 +33,8 @@ def test_the_system_fits_its_components(name):
     settings = {str(port): value for port, value in wire(flight, interfaces).settings.items()}
     assert settings["plant.J[2,2]"] == settings["controller.J[2,2]"] == 200.0
     assert settings["plant.cage_gap"] == 4e-3
-    assert experiment.stop_time == (2000.0 if "spectrum" in name or "actuators" in name else 200.0)
+    long = {system.ACTUATORS: 2000.0, system.NN_SPECTRUM: 2000.0, system.NO_NN_SPECTRUM: 2000.0}
+    assert experiment.stop_time == (long | {system.PRINTED_START: 60.0}).get(name, 200.0)
 
 
 @pytest.mark.parametrize("name", IDEAL)

@@ -20,6 +20,7 @@ from cosim.papers.li2014.spectrum import (
 )
 from cosim.papers.li2014.system import (
     ACTUATORS,
+    CAGE_TIME,
     NN,
     NN_SPECTRUM,
     NO_NN,
@@ -123,7 +124,7 @@ CLAIMS = (
         "text",
         "the force asked for at the printed start is at most 20 mN, and with the limits the test mass stays free",
         _thrusters,
-        STOP_TIME,
+        CAGE_TIME,
         NN,
         PRINTED_START,
     ),

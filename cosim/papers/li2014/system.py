@@ -44,6 +44,7 @@ GUST_BAND = [2e-3, 0.2]  # Hz
 SAMPLE = 0.1  # s
 
 STOP_TIME, SPECTRUM_TIME = 200.0, 2000.0  # s
+CAGE_TIME = 60.0  # s, the test mass is at its cage before
 
 
 def nn() -> tuple[System, Experiment]:
@@ -84,7 +85,7 @@ def actuators() -> tuple[System, Experiment]:
 
 
 def printed_start_with_limits() -> tuple[System, Experiment]:
-    """The paper's initial state with the limits of the actuators: the test mass reaches its cage."""
+    """The paper's initial state with the limits of the actuators: ends with the test mass at its cage."""
     return _flight(PRINTED_START, lvlh=True, network=True, limits=True)
 
 
@@ -188,7 +189,7 @@ def _flight(
     step = SAMPLE if limits else 2e-2 if gusts else 2e-3
     # Not centred: the guidance would be half a step behind the plant when the controller takes the mean of both.
     experiment = Experiment(
-        stop_time=SPECTRUM_TIME if gusts else STOP_TIME,
+        stop_time=SPECTRUM_TIME if gusts else CAGE_TIME if limits else STOP_TIME,
         communication_step_size=step,
         every=1 if limits else 10,
         master=Explicit(),
