@@ -13,8 +13,8 @@ log f between the ends of the band; phases are a hash of seed, axis and line, so
 Source: chosen for H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
 Technology and Automation 33(2), 2014, which names its environment only; rho_0 gives a mean of 7 mN over an orbit.
 Invariants: 0 <= nu <= 1; f . v < 0 without solar pressure and gusts.
-Limits: an exponential atmosphere, constant CdA and centre of pressure whatever the attitude. With one line fewer than
-needed the gusts repeat after the inverse of the spacing. The amplitude of a gust does not depend on the density.
+Limits: an exponential atmosphere, constant CdA and centre of pressure whatever the attitude. Gusts are a
+sum of sines, none below or above the band. The amplitude of a gust does not depend on the density.
 """
 
 from typing import Any
@@ -31,7 +31,7 @@ from ..framework import CalculatedParameter, Component, Condition, Environment, 
 
 class LowOrbit(Component):
     ports = Environment
-    lines: int = 60  # structural: spectral lines of the gusts
+    lines: int = 120  # structural: spectral lines of the gusts
 
     rho_0 = Parameter(unit="kg/m3", start=6.05585818e-11, doc="density of the air at the altitude h_0")
     h_0 = Parameter(unit="m", start=260e3, doc="altitude of rho_0")
@@ -46,7 +46,7 @@ class LowOrbit(Component):
     penumbra_width = Parameter(unit="m", start=2e4, doc="width of the penumbra across the Sun's line")
     gust_density = Parameter(unit="N/Hz(1/2)", shape=(3,), doc="spectral density of the gusts below gust_corner")
     gust_corner = Parameter(unit="1/s", start=0.01, doc="corner frequency f_c of the gusts (Hz)")
-    gust_band = Parameter(unit="1/s", shape=(2,), start=(5e-4, 0.5), doc="lowest and highest frequency (Hz)")
+    gust_band = Parameter(unit="1/s", shape=(2,), start=(2e-3, 0.2), doc="lowest and highest frequency (Hz)")
     seed = Parameter(unit="1", start=1.0, doc="seed of the gusts' phases, a whole number")
     gust_frequency = CalculatedParameter(unit="1/s", shape=("lines",), doc="frequencies of the gusts (Hz)")
     gust_amplitude = CalculatedParameter(unit="N", shape=(3, "lines"), doc="amplitudes of the gusts")

@@ -1,4 +1,4 @@
-"""Electrostatic sensor of a test mass: its position and attitude in the cage with white noise, and their filtered rates.
+"""Electrostatic sensor of a test mass: its position and attitude in its cage, white noise, their filtered rates.
 
     r = r_true + n,  q_TS = q_true (x) [1; n/2] normalised                                        (1)
     v = c/T (r - y),  y <- y + c (r - y),  c = 1 - exp(-T/T_f): first-order velocity filter       (2)

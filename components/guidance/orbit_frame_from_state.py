@@ -10,7 +10,8 @@ inertial. Symbols: r r_N, v v_N.
 Source: kinematics of a motion in a plane, textbook; (4) is J. Stuelpnagel's relation of elements, taken at the largest.
 Invariants: |q_RN| = 1.
 Limits: (2) has what gravity with J2 does to the plane of the orbit (J2 = 0: nothing), not what drag and thrust do; (3)
-takes plane and h as constant, exact on any Kepler orbit, off by 1e-9 rad/s2 for J2. q_RN changes its sign at half a turn: controllers take q and -q as one.
+takes plane and h as constant, exact on any Kepler orbit, off by 1e-9 rad/s2 for J2. q_RN changes its sign at half a
+turn: controllers take q and -q as one.
 """
 
 from typing import Any
