@@ -7,7 +7,7 @@ short x' = A x + B u. With the linear law G x and the surface sigma:
     s = (D B)^T sigma,  D B = (D_omega - D_eta_dot delta) M^-1                                    (3)
     constant gain:  u = G x - rho_0 s / (|s| + epsilon)                                           (4)
     network:        u_i = (G x)_i - rho_i s_i / (|s_i| + epsilon),  rho = W Phi                   (5)
-    W_i' = gamma |sigma_i| Phi                                                                    (6)
+    W_i' = gamma_W |sigma_i| Phi                                                                  (6)
     Phi_j = exp(-|xi - c_j|^2 / width^2),  xi = [roll, pitch, yaw; w; G x]                        (7)
 As printed, the gain of x in u is -(D B)^-1 D A instead of G (`printed_gain`):
     D A x = D_e w + D_eta eta' + D_omega w'_0 + D_eta_dot eta''_0, the rates of (1) at u = 0      (8)
@@ -55,16 +55,18 @@ class IntegralSlidingMode(Component):
     D_eta_dot = Parameter(
         unit="kg(1/2).m/s", shape=(3, "modes"), start=columns(SURFACE["eta_dot"]), doc="surface, coefficient of eta'"
     )
-    network = Parameter(unit="1", start=1.0, doc="1: gain of each axis from the network, 0: the constant gain rho_0")
-    rho_0 = Parameter(unit="N.m", start=0.15, doc="constant switching gain, without network; 0: the linear law")
+    network = Parameter(unit="1", start=1.0, doc="1: gain of each axis from the network, 0: constant_gain")
+    constant_gain = Parameter(
+        unit="N.m", start=0.15, doc="rho_0, constant switching gain, without network; 0: the linear law"
+    )
     printed_gain = Parameter(unit="1", doc="1: the printed gain -(D B)^-1 D A in place of G in u, 0: G")
     epsilon = Parameter(unit="N.m/s", start=1e-3, doc="boundary layer of the switching term, in s")
-    gamma = Parameter(unit="1/s", start=1.0, doc="adaptation gain of the weights")
+    gamma_W = Parameter(unit="1/s", start=1.0, doc="adaptation gain of the weights")
     angle_centres = Parameter(unit="rad", shape=(3, "nodes"), start=centres(0), doc="centres, angles")
-    rate_centres = Parameter(unit="rad/s", shape=(3, "nodes"), start=centres(3), doc="centres, rates")
+    omega_centres = Parameter(unit="rad/s", shape=(3, "nodes"), start=centres(3), doc="centres, rates")
     torque_centres = Parameter(unit="N.m", shape=(3, "nodes"), start=centres(6), doc="centres, G x")
     angle_width = Parameter(unit="rad", start=1.0, doc="width of the nodes, angles")
-    rate_width = Parameter(unit="rad/s", start=1.0, doc="width of the nodes, rates")
+    omega_width = Parameter(unit="rad/s", start=1.0, doc="width of the nodes, rates")
     torque_width = Parameter(unit="N.m", start=1.0, doc="width of the nodes, G x")
     hub_inverse = CalculatedParameter(unit="1/(kg.m2)", shape=(3, 3), doc="inverse of M = J - delta^T delta")
     DB = CalculatedParameter(unit="1/s", shape=(3, 3), doc="D B, torque to rate of the surface")
@@ -93,7 +95,7 @@ class IntegralSlidingMode(Component):
         sigma = self._Dx((e, w), u, p) - x.integral
         return {
             "integral": self._DA(w, u, p) + p.DB @ linear,  # (2)
-            "W": p.gamma * p.network * ca.fabs(sigma) @ self._nodes(u, p, linear).T,  # (6)
+            "W": p.gamma_W * p.network * ca.fabs(sigma) @ self._nodes(u, p, linear).T,  # (6)
         }
 
     def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
@@ -101,7 +103,7 @@ class IntegralSlidingMode(Component):
         linear = self._linear(e, w, u, p)
         sigma = self._Dx((e, w), u, p) - x.integral  # (2)
         s = p.DB.T @ sigma  # (3)
-        rho = ca.if_else(p.network > 0.5, x.W @ self._nodes(u, p, linear), ca.repmat(p.rho_0, 3, 1))  # (5)
+        rho = ca.if_else(p.network > 0.5, x.W @ self._nodes(u, p, linear), ca.repmat(p.constant_gain, 3, 1))  # (5)
         size = ca.if_else(p.network > 0.5, ca.fabs(s), ca.repmat(length(s), 3, 1))
         printed = -ca.solve(p.DB, self._DA(w, u, p))  # (8)
         return {
@@ -115,11 +117,11 @@ class IntegralSlidingMode(Component):
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
         conditions = vehicle.flexible_conditions(self, p)
-        for name in ("epsilon", "angle_width", "rate_width", "torque_width"):
+        for name in ("epsilon", "angle_width", "omega_width", "torque_width"):
             unit = next(v.unit for v in self.parameters if v.name == name)
             value = vars(p)[name]
             conditions.append(Condition(value, f"{name} = {{}} {unit}: it must be positive.", (value,)))
-        for name, unit in (("rho_0", "N.m"), ("gamma", "1/s")):
+        for name, unit in (("constant_gain", "N.m"), ("gamma_W", "1/s")):
             value = vars(p)[name]
             conditions.append(Condition(value >= 0, f"{name} = {{}} {unit}: it must not be negative.", (value,)))
         for name in ("network", "printed_gain"):
@@ -154,6 +156,6 @@ class IntegralSlidingMode(Component):
         angles = euler.angles_321(u.q_BN)
         return gaussian(  # (7)
             (angles, p.angle_centres, p.angle_width / root),
-            (u.omega_BN_B, p.rate_centres, p.rate_width / root),
+            (u.omega_BN_B, p.omega_centres, p.omega_width / root),
             (linear, p.torque_centres, p.torque_width / root),
         )

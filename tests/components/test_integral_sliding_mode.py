@@ -14,7 +14,7 @@ LAW = IntegralSlidingMode()
 J, F = start(LAW, "J"), start(LAW, "delta").T
 K, C = np.diag(start(LAW, "Omega") ** 2), np.diag(2 * start(LAW, "zeta") * start(LAW, "Omega"))
 G, D = (np.hstack([start(LAW, f"{m}_{n}") for n in ("e", "eta", "omega", "eta_dot")]) for m in "GD")
-LINEAR = dict(network=0, rho_0=0)
+LINEAR = dict(network=0, constant_gain=0)
 RNG = np.random.default_rng(11)
 
 
@@ -118,7 +118,7 @@ def test_both_gains_lead_to_the_surface(network):
         x, integral = random_state(), RNG.normal(0, 0.3, 3)
         rates = []
         for size in (0.1, 0.3):
-            point = integral_at(x, integral, network=network, rho_0=size, W=np.full((3, 6), size))
+            point = integral_at(x, integral, network=network, constant_gain=size, W=np.full((3, 6), size))
             y = point.outputs()
             sigma_dot = D @ (A @ x + B @ y["tau_command_B"]) - point.rates()["integral"]
             rates.append(y["sigma"] @ sigma_dot)
@@ -129,7 +129,7 @@ def test_both_gains_lead_to_the_surface(network):
 def test_constant_gain_keeps_the_direction_of_s_and_the_network_does_not():
     x, integral = random_state(), [0.5, -0.02, 0.01]
     for network in (0, 1):
-        y = integral_at(x, integral, network=network, rho_0=0.2, W=1.0).outputs()
+        y = integral_at(x, integral, network=network, constant_gain=0.2, W=1.0).outputs()
         added, s = y["tau_command_B"] - G @ x, y["s"]
         size = np.abs(s) if network else np.linalg.norm(s)
         assert_allclose(added, -y["rho"] * s / (size + 1e-3), rtol=1e-6)
@@ -143,10 +143,10 @@ def test_network():
     q = Rotation.from_rotvec(x[:3])
     angles = q.as_euler("ZYX")[::-1]
     W = np.array([[0.1], [0.2], [-0.3]])
-    here = dict(angle_centres=angles, rate_centres=x[7:10], torque_centres=G @ x, W=W)
+    here = dict(angle_centres=angles, omega_centres=x[7:10], torque_centres=G @ x, W=W)
     one = IntegralSlidingMode(nodes=1)
     assert_allclose(at(x, one, **here).outputs()["rho"], W[:, 0], rtol=1e-8)
-    widths = {"angle": 0.7, "rate": 0.3, "torque": 2.0}
+    widths = {"angle": 0.7, "omega": 0.3, "torque": 2.0}
     for group, width in widths.items():
         away = here | {f"{group}_centres": here[f"{group}_centres"] + [0, width, 0], f"{group}_width": width}
         assert_allclose(at(x, one, **away).outputs()["rho"], W[:, 0] / np.e, rtol=1e-8)
@@ -154,8 +154,8 @@ def test_network():
 
 def test_weights_learn_from_the_size_of_sigma():
     x, integral = random_state(), RNG.normal(0, 0.1, 3)
-    point = integral_at(x, integral, gamma=0.7)
-    one = integral_at(x, integral, gamma=0.7, W=1.0)
+    point = integral_at(x, integral, gamma_W=0.7)
+    one = integral_at(x, integral, gamma_W=0.7, W=1.0)
     phi = one.outputs()["rho"][0] / 1.0  # with all weights one: the sum of the nodes
     assert_allclose(point.rates()["W"].sum(axis=1), 0.7 * np.abs(D @ x - integral) * phi, rtol=1e-9)
     assert_allclose(integral_at(x, integral, network=0).rates()["W"], 0)
@@ -195,9 +195,9 @@ REFUSALS = {
     "J": ({"J": np.diag([-1.0, 60, 90])}, ["J is not positive definite", "smallest eigenvalue -1 kg.m2"]),
     "modes": ({"J": np.diag([40.0, 60, 90])}, ["J - delta^T delta is not positive definite"]),
     "epsilon": ({"epsilon": 0.0}, ["epsilon = 0 N.m/s", "must be positive"]),
-    "width": ({"rate_width": -1.0}, ["rate_width = -1 rad/s", "must be positive"]),
-    "rho_0": ({"rho_0": -0.1}, ["rho_0 = -0.1 N.m", "must not be negative"]),
-    "gamma": ({"gamma": -1.0}, ["gamma = -1 1/s", "must not be negative"]),
+    "width": ({"omega_width": -1.0}, ["omega_width = -1 rad/s", "must be positive"]),
+    "constant gain": ({"constant_gain": -0.1}, ["constant_gain = -0.1 N.m", "must not be negative"]),
+    "gamma": ({"gamma_W": -1.0}, ["gamma_W = -1 1/s", "must not be negative"]),
     "network": ({"network": 0.5}, ["network = 0.5", "0 or 1"]),
     "surface": ({"D_omega": np.zeros((3, 3)), "D_eta_dot": np.zeros((3, 4))}, ["D B is singular"]),
 }

@@ -41,7 +41,7 @@ def test_start():
 
 def test_it_is_exact_from_a_matched_start_although_the_inertia_is_off():
     """geng2012, figures: 1e-9. The closed loop of the paper as one ODE, J of the plant 20 % off."""
-    system = Monolithic(loop(network=0, rho_0=0.0), CONNECTIONS)
+    system = Monolithic(loop(network=0, constant_gain=0.0), CONNECTIONS)
     t = np.linspace(0, 15, 151)
     x = system.solve(t, rtol=1e-10, atol=1e-13)
     y, states = system.outputs(t, x), system.split(x)

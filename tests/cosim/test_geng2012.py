@@ -111,11 +111,11 @@ def test_the_experiments_differ_in_what_their_names_say():
         return {n.split(".")[1]: number(own[n]) for n in own if own[n] != common[n]}
 
     assert changed(system.COMPENSATED) == {"network": 1}
-    assert changed(system.LINEAR) == {"rho_0": 0}
-    assert changed(system.PRINTED_GAIN) == {"rho_0": 0, "printed_gain": 1}
-    assert changed(system.Z_WHEEL_ONLY) == {"rho_0": 0, "trim_wheels": 0, "hand_over": 0}
-    assert changed(system.PRINTED_GAMMA) == {"network": 1, "gamma": 0.01}
-    assert changed(system.WEAK) == {"rho_0": 0.02}
+    assert changed(system.LINEAR) == {"constant_gain": 0}
+    assert changed(system.PRINTED_GAIN) == {"constant_gain": 0, "printed_gain": 1}
+    assert changed(system.Z_WHEEL_ONLY) == {"constant_gain": 0, "trim_wheels": 0, "hand_over": 0}
+    assert changed(system.PRINTED_GAMMA) == {"network": 1, "gamma_W": 0.01}
+    assert changed(system.WEAK) == {"constant_gain": 0.02}
 
 
 def test_measurement_and_reference_carry_one_time_stamp():

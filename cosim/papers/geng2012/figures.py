@@ -212,7 +212,7 @@ def _all(runs: Mapping[str, Result]) -> Figure:
     figure, grid = plots.panels(1, 1, "Largest component of the attitude error, all experiments", height=3.6)
     ax = grid[0][0]
     for name, run in runs.items():
-        ax.plot(run.time, np.max(np.abs(_degrees(run)), axis=1), label=name, **(LOOKS[name] | {"linewidth": 1.1}))
+        ax.plot(run.time, np.max(np.abs(_degrees(run)), axis=1), label=name, **LOOKS[name])
     ax.axhline(POINTING, color=plots.GREY, linewidth=1, linestyle=plots.LINES[3], label=f"{POINTING} deg")
     ax.set_yscale("log")
     ax.set_ylim(1e-3, 100)

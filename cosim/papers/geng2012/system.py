@@ -107,7 +107,7 @@ def _flight(
     gamma: float = GAMMA,
     printed_gain: float = 0.0,
 ) -> tuple[System, Experiment]:
-    law = {"network": network, "rho_0": Value(rho_0, "N.m"), "gamma": gamma, "printed_gain": printed_gain}
+    law = {"network": network, "constant_gain": Value(rho_0, "N.m"), "gamma_W": gamma, "printed_gain": printed_gain}
     cluster = {"trim_wheels": 1.0, "hand_over": 1.0, **(steering or {})}
     system = System(
         name=name,
@@ -207,11 +207,11 @@ def _cluster() -> dict[str, Any]:
 
 def _law() -> dict[str, Any]:
     states = ("e", "eta", "omega", "eta_dot")
-    centres = {f"controller.{n}_centres": CENTRES[k : k + 3] for n, k in (("angle", 0), ("rate", 3), ("torque", 6))}
+    centres = {f"controller.{n}_centres": CENTRES[k : k + 3] for n, k in (("angle", 0), ("omega", 3), ("torque", 6))}
     return {
         **{f"controller.G_{n}": GAIN[n] for n in states},
         **{f"controller.D_{n}": SURFACE[n] for n in states},
         **centres,
-        **{f"controller.{n}_width": WIDTH for n in ("angle", "rate", "torque")},
+        **{f"controller.{n}_width": WIDTH for n in ("angle", "omega", "torque")},
         "controller.epsilon": EPSILON,
     }
