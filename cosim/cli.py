@@ -1,27 +1,23 @@
-"""The command line, `adcs`: list, build, show, run, plot, reproduce. What it does is in the modules that it calls.
+"""The command line, `adcs`: list, build, show, run, plot, reproduce, compare. What it does is in what it calls.
 
 A command imports what it needs: what flies and draws takes longer to import than a rebuild of nothing takes.
 """
 
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from cosim import console
-from cosim.errors import SimulationError, UnknownName
+from cosim.errors import SimulationError
 from cosim.library import Library
-from cosim.time import parse_seconds
 from fmus import build as building
 from fmus.errors import BuildError
 from fmus.toolchain import SUFFIXES as PLATFORMS
 
 if TYPE_CHECKING:
-    from cosim.masters.explicit import Explicit
     from cosim.result import Result
-    from cosim.system import Experiment
 
 HELP = """Spacecraft attitude-control co-simulation with FMI 2.0 FMUs.
 
@@ -89,7 +85,11 @@ def build(
         platforms = tuple(PLATFORMS) if platform == "all" else tuple(platform.split(","))
         for name in names or building.CATALOG:
             if building.is_component(name):
-                paths = [building.build_reference(name, b, platforms, out, announce=console.note) for b in backends]
+                places = [out / b if out is not None and len(backends) > 1 else out for b in backends]
+                paths = [
+                    building.build_reference(name, b, platforms, place, announce=console.note)
+                    for b, place in zip(backends, places, strict=True)
+                ]
             else:
                 from cosim import show
 
@@ -108,7 +108,7 @@ def show_(
     master: Master = None,
 ) -> None:
     """Show how a system is wired and evaluated, or the interface of one FMU."""
-    from cosim import scenario, show
+    from cosim import overrides, scenario, show
 
     with _reported():
         locate = Library(backend, console.note)
@@ -116,7 +116,7 @@ def show_(
             console.write(show.interface(locate(name)))
         else:
             system, experiment = scenario.load(name)
-            experiment = _changed(experiment, master, None, None, None, None)
+            experiment = overrides.with_experiment(experiment, master=master)
             console.write(show.system(system, experiment, locate))
 
 
@@ -167,7 +167,7 @@ def run(
         for file in params or []:
             system = overrides.with_parameters(system, overrides.parameter_file(file))
         system = overrides.with_parameters(system, overrides.assignments(set_ or []))
-        experiment = _changed(experiment, master, step, stop, extrapolation, every)
+        experiment = overrides.with_experiment(experiment, step, stop, every, master, extrapolation)
         folder = out if out is not None else Path("results") / system.name
         with console.progress(system.name) as progress:
             failure: SimulationError | None = None
@@ -239,38 +239,29 @@ def reproduce_(
                 raise typer.Exit(1)
 
 
-def _master(own: Any, name: str | None, extrapolation: int | None) -> "Explicit":
-    """Return the experiment's own master with another preset or extrapolation; a preset of another name is plain."""
-    from cosim.masters.explicit import Explicit
+@app.command("compare")
+def compare_(
+    plants: Annotated[
+        str, typer.Option(metavar="PAPER,...", help="Plants, by the papers whose vehicles they are; all if none.")
+    ] = "",
+    controllers: Annotated[
+        str, typer.Option(metavar="SYSTEM,...", help="Controllers, by the experiments that have them; all if none.")
+    ] = "",
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the table.")] = Path("results/compare"),
+    backend: Backend = "native",
+) -> None:
+    """Fly every attitude controller on every attitude plant: the same slew, the same disturbance, one table.
 
-    presets: dict[str, Any] = {"explicit": "declared", "jacobi": "jacobi", "gauss_seidel": "gauss_seidel"}
-    if name is not None and name not in presets:
-        raise UnknownName("master", name, "--master", list(presets))
-    master = own if isinstance(own, Explicit) and name in (None, "explicit") else Explicit()
-    if name is not None:
-        master = replace(master, preset=presets[name])
-    return master if extrapolation is None else replace(master, extrapolation=extrapolation)
+    The vehicle's parameters are carried into plant and controller, gains are not retuned.
+    """
+    from cosim import compare
 
-
-def _changed(
-    experiment: "Experiment",
-    master: str | None,
-    step: str | None,
-    stop: str | None,
-    extrapolation: int | None,
-    every: int | None,
-) -> "Experiment":
-    """Return the experiment with what the command line says instead."""
-    changes: dict[str, Any] = {}
-    if step is not None:
-        changes["communication_step_size"] = parse_seconds(step, "--step")
-    if stop is not None:
-        changes["stop_time"] = parse_seconds(stop, "--stop")
-    if every is not None:
-        changes["every"] = every
-    if master is not None or extrapolation is not None:
-        changes["master"] = _master(experiment.master, master, extrapolation)
-    return replace(experiment, **changes)
+    with _reported(), console.progress("compare") as progress:
+        rows, columns = ([name for name in text.split(",") if name] for text in (plants, controllers))
+        table = compare.compare(rows, columns, out, Library(backend, console.note), progress, console.note)
+    console.parameters(table.parameters)
+    console.table(compare.HEAD, [compare.row(cell) for cell in table.cells])
+    console.files(table.files)
 
 
 def _tell(name: str, result: "Result", plot: bool, as_published: bool) -> None:

@@ -54,6 +54,7 @@ COLUMNS = (
     "peak eta (kg(1/2).m)",
     "torque impulse (N.m.s)",
 )
+HEAD = ("plant", "controller", *COLUMNS, "remark")
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ class Cell:
 
     plant: str
     controller: str
-    figures: Mapping[str, float | None]
+    figures: Mapping[str, float]
     remark: str = ""
 
 
@@ -250,15 +251,14 @@ def measured(plant: str, controller: str, run: Result) -> Cell:
 
 def markdown(cells: Iterable[Cell]) -> str:
     """Return the table of figures in Markdown."""
-    head = ("plant", "controller", *COLUMNS)
-    lines = [head, ("---",) * len(head), *map(row, cells)]
+    lines = [HEAD, ("---",) * len(HEAD), *map(row, cells)]
     return "".join(f"| {' | '.join(cell.replace('|', '/') for cell in line)} |\n" for line in lines)
 
 
 def row(cell: Cell) -> tuple[str, ...]:
-    """Return a cell of the table as a row of texts; a remark stands in the first column of figures."""
-    figures = [f"{value:.4g}" for value in cell.figures.values() if value is not None]
-    return (cell.plant, cell.controller, *(figures or [cell.remark, *[""] * (len(COLUMNS) - 1)]))
+    """Return a cell of the table as a row of texts under HEAD."""
+    figures = [f"{cell.figures[c]:.4g}" if c in cell.figures else "" for c in COLUMNS]
+    return (cell.plant, cell.controller, *figures, cell.remark)
 
 
 def _chosen(kind: str, found: Mapping[str, Any], names: Sequence[str]) -> list[Any]:

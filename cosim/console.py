@@ -1,5 +1,6 @@
 """What the command line prints: tables to standard output, notes, progress and errors to standard error."""
 
+import json
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +15,9 @@ if TYPE_CHECKING:  # a message must not wait for what flies and draws
     from cosim.papers.claims import Verdict
     from cosim.result import Result
     from cosim.swap import SwapReport
+
+LONG = 100
+"""Characters of a value that are printed."""
 
 _out = Console(soft_wrap=True, highlight=False)
 _err = Console(stderr=True, soft_wrap=True, highlight=False)
@@ -90,6 +94,23 @@ def claims(verdicts: "Sequence[Verdict]") -> None:
     for paper, why in dict.fromkeys((v.paper, v.measured) for v in verdicts if v not in judged):
         count = sum((v.paper, v.measured) == (paper, why) for v in verdicts if v not in judged)
         write(f"{count} claim{'s' if count > 1 else ''} of {paper} not judged: {why}")
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Rows of texts under a head."""
+    shown = Table(*head, pad_edge=False)
+    for row in rows:
+        shown.add_row(*map(escape, row))
+    _out.print(shown)
+
+
+def parameters(sets: Mapping[str, Mapping[str, object]]) -> None:
+    """Parameter sets by name; of long arrays only the beginning."""
+    for name, values in sets.items():
+        write(f"{name}:")
+        for key, value in values.items():
+            text = json.dumps(value)
+            write(f"  {key} = {text if len(text) <= LONG else f'{text[:LONG]} ...'}")
 
 
 def nothing_drawn() -> None:

@@ -8,10 +8,12 @@ from typing import Any
 
 from cosim.errors import ParameterError, UnknownName
 from cosim.interface import Interface
+from cosim.masters.explicit import Explicit
 from cosim.names import split_element, split_port
 from cosim.slave import read_interface
 from cosim.swap import SwapReport, replace
-from cosim.system import System, Value
+from cosim.system import Experiment, System, Value
+from cosim.time import parse_seconds
 
 
 def parameter_file(path: Path) -> dict[str, Any]:
@@ -84,3 +86,37 @@ def with_units(system: System, uses: Sequence[str], locate: Callable[[str], Path
         system, report = replace(system, instance, reference, interfaces)
         reports.append(report)
     return system, reports
+
+
+def with_experiment(
+    experiment: Experiment,
+    step: str | None = None,
+    stop: str | None = None,
+    every: int | None = None,
+    master: str | None = None,
+    extrapolation: int | None = None,
+) -> Experiment:
+    """Return the experiment with what the command line says instead; step and stop as in "1ms" or "200"."""
+    changes: dict[str, Any] = {}
+    if step is not None:
+        changes["communication_step_size"] = parse_seconds(step, "--step")
+    if stop is not None:
+        changes["stop_time"] = parse_seconds(stop, "--stop")
+    if every is not None:
+        changes["every"] = every
+    if master is not None or extrapolation is not None:
+        changes["master"] = _master(experiment.master, master, extrapolation)
+    return changed(experiment, **changes)
+
+
+PRESETS: dict[str, Any] = {"explicit": "declared", "jacobi": "jacobi", "gauss_seidel": "gauss_seidel"}
+
+
+def _master(own: Any, name: str | None, extrapolation: Any) -> Explicit:
+    """Return the experiment's own master with another preset or extrapolation; a preset of another name is plain."""
+    if name is not None and name not in PRESETS:
+        raise UnknownName("master", name, "--master", list(PRESETS))
+    master = own if isinstance(own, Explicit) and name in (None, "explicit") else Explicit()
+    if name is not None:
+        master = changed(master, preset=PRESETS[name])
+    return master if extrapolation is None else changed(master, extrapolation=extrapolation)

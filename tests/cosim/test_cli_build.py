@@ -43,6 +43,10 @@ class TestBuild:
             line for backend in ("native", "python") for line in adcs("build", "Sum", "--backend", backend).out.split()
         ]
 
+    def test_all_back_ends_into_one_folder_do_not_overwrite_each_other(self, adcs):
+        made = adcs("build", "Sum", "-o", "fmus", "--backend", "all")
+        assert made.out.split() == ["fmus/native/Sum.fmu", "fmus/python/Sum.fmu"]
+
     def test_structure_and_classes_of_files(self, adcs, folder):
         (folder / "pd.py").write_text(own_files.PD_EQUATIONS)
         made = adcs("build", "FlexibleSpacecraft:modes=1", "pd.py:PD", "pd.py", "-o", "made")

@@ -65,7 +65,7 @@ def test_a_run_that_does_not_settle_has_no_figures():
     cell = compare.measured("plant", "law", flight(1.0))
     assert not cell.figures
     assert cell.remark == "does not settle: 1 deg in the last 50 s"
-    assert compare.row(cell)[2] == cell.remark
+    assert compare.row(cell)[-1] == cell.remark
 
 
 def test_a_controller_outside_its_domain_says_why(plants, controllers, monkeypatch):
@@ -90,3 +90,17 @@ def test_table_and_parameter_sets_are_written(tmp_path):
 def test_an_unknown_controller_is_answered_with_the_nearest(tmp_path):
     with pytest.raises(UnknownName, match="Did you mean"):
         compare.compare([], ["zhang2018-act"], tmp_path, LOCATE)
+
+
+@pytest.mark.slow
+def test_the_command_prints_parameter_sets_and_table(adcs):
+    done = adcs("compare", "--plants", "zhang2018", "--controllers", "xiao2011-pid", "--out", "table")
+    assert done.status == 0
+    assert "xiao2011-pid:\n" in done.out and "controller.K_p = " in done.out
+    assert "settling time" in done.out
+
+
+def test_a_mistyped_plant_is_answered_at_the_command_line(adcs):
+    done = adcs("compare", "--plants", "zang2018")
+    assert done.status == 2
+    assert 'Did you mean "zhang2018"' in done.err
