@@ -97,7 +97,7 @@ def test_the_command_prints_parameter_sets_and_table(adcs):
     done = adcs("compare", "--plants", "zhang2018", "--controllers", "xiao2011-pid", "--out", "table")
     assert done.status == 0
     assert "xiao2011-pid:\n" in done.out and "controller.K_p = " in done.out
-    assert "settling time" in done.out
+    assert "settling" in done.out and "wrote table/compare.md" in done.out
 
 
 def test_a_mistyped_plant_is_answered_at_the_command_line(adcs):
