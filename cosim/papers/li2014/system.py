@@ -17,6 +17,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from cosim.masters.explicit import Explicit
+from cosim.papers.li2014.hardware import hardware
 from cosim.system import Connection, Experiment, System, Value
 
 NN, NO_NN = "li2014-nn", "li2014-no-nn"
@@ -42,6 +43,7 @@ MEAN_DRAG = 7e-3  # N
 GUSTS = [0.1 * MEAN_DRAG, 0.02 * MEAN_DRAG, 0.02 * MEAN_DRAG]  # N/sqrt(Hz), along-track and lateral
 GUST_BAND = [2e-3, 0.2]  # Hz
 SAMPLE = 0.1  # s
+FEEDFORWARD = [7.8e-3, 0.0, 0.0]  # N, against the drag at the start, LVLH
 
 STOP_TIME, SPECTRUM_TIME = 200.0, 2000.0  # s
 CAGE_TIME = 60.0  # s, the test mass is at its cage before
@@ -113,9 +115,6 @@ def systems() -> dict[str, Callable[[], tuple[System, Experiment]]]:
     }
 
 
-FEEDFORWARD = [7.8e-3, 0.0, 0.0]  # N, against the drag at the start, LVLH
-
-
 def orbit() -> tuple[np.ndarray, np.ndarray]:
     """Return position (m) and velocity (m/s) at the start, inertial axes: a circular orbit."""
     plane = Rotation.from_euler("ZXZ", [NODE, INCLINATION, LATITUDE], degrees=True)
@@ -178,7 +177,7 @@ def _flight(
     if not lvlh:
         parameters |= {"guidance.angle": Value(0.0, "deg"), "guidance.q_start": [1.0, 0.0, 0.0, 0.0]}
     if limits:
-        parameters |= _hardware()
+        parameters |= hardware()
     system = System(
         name=name,
         components=components,
@@ -296,22 +295,4 @@ def _gains(network: bool) -> dict[str, Any]:
         "controller.scale_v": Value(1e-3, "m/s"),
         "controller.scale_angle": Value([2e-2] * 2, "rad"),
         "controller.scale_rate": Value([2e-2] * 2, "rad/s"),
-    }
-
-
-def _hardware() -> dict[str, Any]:
-    micro = 0.65e-3
-    return {
-        "actuators.force_lower": Value([1e-3, -micro, -micro], "N"),
-        "actuators.force_upper": Value([20e-3, micro, micro], "N"),
-        "actuators.force_rate": Value([2.5e-3, 0.0, 0.0], "N/s"),
-        "actuators.force_quantum": Value([12e-6, 0.0, 0.0], "N"),
-        "actuators.force_noise": Value([12e-6, 0.0, 0.0], "N/Hz(1/2)"),
-        "actuators.torque_limit": Value([1e-3] * 3, "N.m"),
-        "suspension.torque_limit": Value([2e-8] * 3, "N.m"),
-        "sensor.attitude_noise": Value([1e-5] * 3, "rad/Hz(1/2)"),
-        "sensor.rate_noise": Value([1e-6] * 3, "rad/s/Hz(1/2)"),
-        "cage_sensor.position_noise": Value([2e-9] * 3, "m/Hz(1/2)"),
-        "cage_sensor.attitude_noise": Value([150e-9] * 3, "rad/Hz(1/2)"),
-        "cage_sensor.filter_time": Value(0.1, "s"),
     }
