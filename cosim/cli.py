@@ -260,7 +260,12 @@ def compare_(
         rows, columns = ([name for name in text.split(",") if name] for text in (plants, controllers))
         table = compare.compare(rows, columns, out, Library(backend, console.note), progress, console.note)
     console.parameters(table.parameters)
-    console.table(compare.HEAD, [compare.row(cell) for cell in table.cells])
+    for plant in dict.fromkeys(cell.plant for cell in table.cells):
+        cells = [cell for cell in table.cells if cell.plant == plant]
+        console.table((f"on {plant}", *compare.COLUMNS), [compare.row(cell)[1:-1] for cell in cells if cell.figures])
+        for cell in cells:
+            if cell.remark:
+                console.write(f"{cell.controller} on {plant} {cell.remark}")
     console.files(table.files)
 
 

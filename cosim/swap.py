@@ -52,7 +52,8 @@ def replace(
         held=held,
         parameters=parameters,
     )
-    report = SwapReport(instance, reference, tuple(map(_text, mine)), tuple(dropped), tuple(map(_text, added)))
+    values = [f"parameter {name}" for name in parameters if split_port(name)[0] == instance]
+    report = SwapReport(instance, reference, (*map(_text, mine), *values), tuple(dropped), tuple(map(_text, added)))
     return changed, report
 
 
