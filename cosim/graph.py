@@ -148,7 +148,9 @@ def refresh_order(wiring: Wiring) -> Refresh:
     for members in strong_components(feedthrough.outputs, feedthrough.before):
         loop = feedthrough.is_loop(members)
         for output in members:
-            stale = [k for k in feedthrough.links(output) if k.timing != "after_step" or k.source in fresh]
+            stale = [
+                k for k in feedthrough.links(output) if k.timing not in ("after_step", "centred") or k.source in fresh
+            ]
             if not stale:
                 continue
             if loop or not wiring.interfaces[output.component].refresh:

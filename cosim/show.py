@@ -17,6 +17,7 @@ from cosim.system import Experiment, System
 from cosim.wiring import wire
 from fmus.build import CATALOG, build_reference
 
+WORDS = {"centred": "after_step, centred"}
 Locate = Callable[[str], Path]
 
 WIDTH = 70
@@ -132,7 +133,7 @@ def _connections(wiring: Wiring) -> list[tuple[str, str, str, str]]:
         source, target = (f"{p.component}.{split_element(p.variable)[0]}" for p in (link.source, link.target))
         ends = (wiring.interfaces[p.component].variables[p.variable].unit or "" for p in (link.source, link.target))
         units = " -> ".join(dict.fromkeys(ends))
-        rows[source, target, units, "step mean" if link.step_mean else link.timing] = None
+        rows[source, target, units, "step mean" if link.step_mean else WORDS.get(link.timing, link.timing)] = None
     return list(rows)
 
 

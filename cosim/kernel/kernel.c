@@ -19,7 +19,7 @@ typedef int (*SetDerivatives)(void *, const unsigned *, size_t, const int *, con
 typedef int (*GetDerivatives)(void *, const unsigned *, size_t, const int *, double *);
 typedef int (*DoStep)(void *, double, double, int);
 
-enum { AT_POINT, AFTER_STEP, MIDPOINT, RAMP, STEP_MEAN };
+enum { AT_POINT, AFTER_STEP, MIDPOINT, RAMP, STEP_MEAN, CENTRED };
 enum { WARNING = 1 }; /* the highest FMI status that is a success */
 enum { CALL_NONE, CALL_SET, CALL_SET_DERIVATIVES, CALL_STEP, CALL_GET, CALL_GET_DERIVATIVES, CALL_NOT_FINITE };
 
@@ -37,6 +37,11 @@ typedef struct {
     const integer *source, *timing, *ahead, *source_component;
     const double *factor, *addend;
     double *begin_values, *value; /* work: the sources' values at the start of the period; what is set */
+    /* centred inputs: set to b between the step and the reading of the outputs */
+    integer centred;
+    const unsigned *centred_references;
+    const integer *centred_position;
+    double *centred_value; /* work */
     /* input derivatives, see plan.InputDerivatives */
     integer input_derivatives;
     const unsigned *derivative_references;
@@ -125,7 +130,8 @@ static double source_at_end(const Run *r, const Component *c, integer i, integer
         const Component *s = &r->component[c->source_component[i]];
         integer end = period_end(r, c, k);
         if (period_end(r, s, k) > end) {
-            if (c->timing[i] == AT_POINT || c->timing[i] == AFTER_STEP) return r->point[c->source[i]];
+            if (c->timing[i] == AT_POINT || c->timing[i] == AFTER_STEP || c->timing[i] == CENTRED)
+                return r->point[c->source[i]];
             return between(r, c->source[i], c->source_component[i], k, end);
         }
     }
@@ -143,7 +149,7 @@ static int set_inputs(Run *r, integer place, integer k, double h)
     for (i = 0; i < c->inputs; i++) {
         double value = c->begin_values[i];
         if (c->timing[i] == AFTER_STEP || c->timing[i] == STEP_MEAN) value = source_at_end(r, c, i, k);
-        if (c->timing[i] == MIDPOINT) value = 0.5 * (value + source_at_end(r, c, i, k));
+        if (c->timing[i] == MIDPOINT || c->timing[i] == CENTRED) value = 0.5 * (value + source_at_end(r, c, i, k));
         c->value[i] = c->factor[i] * value + c->addend[i];
     }
     status = c->set_real(c->instance, c->input_references, (size_t)c->inputs, c->value);
@@ -159,6 +165,20 @@ static int set_inputs(Run *r, integer place, integer k, double h)
     return status > WARNING ? failed(r, place, CALL_SET_DERIVATIVES, status, 0) : 0;
 }
 
+static int set_centred(Run *r, integer place, integer k)
+{
+    Component *c = &r->component[place];
+    integer i;
+    int status;
+    for (i = 0; i < c->centred; i++) {
+        integer at = c->centred_position[i];
+        c->centred_value[i] = c->factor[at] * source_at_end(r, c, at, k) + c->addend[at];
+    }
+    if (!c->centred) return 0;
+    status = c->set_real(c->instance, c->centred_references, (size_t)c->centred, c->centred_value);
+    return status > WARNING ? failed(r, place, CALL_SET, status, 0) : 0;
+}
+
 static int advance(Run *r, integer place, integer k)
 {
     Component *c = &r->component[place];
@@ -168,6 +188,7 @@ static int advance(Run *r, integer place, integer k)
     if (set_inputs(r, place, k, h)) return 1;
     status = c->do_step(c->instance, t, h, 1);
     if (status > WARNING) return failed(r, place, CALL_STEP, status, 0);
+    if (set_centred(r, place, k)) return 1;
     status = c->get_real(c->instance, c->output_references, (size_t)c->outputs, out);
     if (status > WARNING) return failed(r, place, CALL_GET, status, 0);
     if (c->output_derivatives) {

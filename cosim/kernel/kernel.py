@@ -44,6 +44,8 @@ class _Component(ctypes.Structure):
         *((name, ctypes.c_longlong) for name in ("period", "at_end", "inputs")),
         *((name, ctypes.c_void_p) for name in ("input_references", "source", "timing", "ahead", "source_component")),
         *((name, ctypes.c_void_p) for name in ("factor", "addend", "begin_values", "value")),
+        ("centred", ctypes.c_longlong),
+        *((name, ctypes.c_void_p) for name in ("centred_references", "centred_position", "centred_value")),
         ("input_derivatives", ctypes.c_longlong),
         *(
             (name, ctypes.c_void_p)
@@ -195,6 +197,10 @@ class _Flight:
             addend=self._array(inputs.addend, np.float64),
             begin_values=self._array(work, np.float64),
             value=self._array(work, np.float64),
+            centred=len(inputs.centred_references),
+            centred_references=self._array(inputs.centred_references, references),
+            centred_position=self._array(inputs.centred, integers),
+            centred_value=self._array(np.zeros(len(inputs.centred_references)), np.float64),
             input_derivatives=len(derivatives.references),
             derivative_references=self._array(derivatives.references, references),
             derivative_orders=self._array(derivatives.orders, np.int32),

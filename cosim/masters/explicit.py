@@ -62,7 +62,7 @@ class Explicit:
                 earlier = place[link.source.component] < place[link.target.component]
                 chosen = "after_step" if self.preset == "gauss_seidel" and earlier else "at_point"
             centred = self.centred and wiring.interfaces[link.target.component].refresh
-            return "midpoint" if centred and chosen == "after_step" else chosen
+            return "centred" if centred and chosen == "after_step" else chosen
 
         return replace(wiring, links=tuple(replace(link, timing=timing(link)) for link in wiring.links))
 

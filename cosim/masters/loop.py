@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from cosim.errors import CallFailed, StepFailed
 from cosim.masters.master import Block
-from cosim.masters.plan import AFTER_STEP, AT_POINT, MIDPOINT, RAMP, STEP_MEAN, ComponentPlan, Plan, Reading
+from cosim.masters.plan import AFTER_STEP, AT_POINT, CENTRED, MIDPOINT, RAMP, STEP_MEAN, ComponentPlan, Plan, Reading
 from cosim.protocol import Slave
 from cosim.time import to_seconds
 
@@ -82,8 +82,9 @@ class Run:
         t, h = to_seconds(begin), to_seconds(end - begin)
         outputs = c.outputs
         try:
-            self._set_inputs(c, slave, k, h)
+            ends = self._set_inputs(c, slave, k, h)
             slave.do_step(t, h)
+            self._set_centred(c, slave, ends)
             values = slave.get_real(outputs.references)
             self.newest[outputs.values] = values
             if outputs.derivative_references:
@@ -94,16 +95,17 @@ class Run:
             raise failed_step(error, t, h) from error
         _refuse_not_finite(c, slave, t, h, outputs.names, values)
 
-    def _set_inputs(self, c: ComponentPlan, slave: Slave, k: int, h: float) -> None:
+    def _set_inputs(self, c: ComponentPlan, slave: Slave, k: int, h: float) -> FloatArray:
+        """Set what the step takes; return b, the sources' values at its end."""
         inputs, derivatives = c.inputs, c.derivatives
         if not inputs.references:
-            return
+            return np.zeros(0)
         a = self.at_period_start[c.name] if c.at_end else self._sources_at_start(c, k)
         b = self._sources_at_end(c, k)
         value = a.copy()
         held = (inputs.timing == AFTER_STEP) | (inputs.timing == STEP_MEAN)
         value[held] = b[held]
-        middle = inputs.timing == MIDPOINT
+        middle = (inputs.timing == MIDPOINT) | (inputs.timing == CENTRED)
         value[middle] = 0.5 * (a[middle] + b[middle])
         slave.set_real(inputs.references, inputs.factor * value + inputs.addend)
         if derivatives.references:
@@ -112,6 +114,14 @@ class Run:
             slave.set_input_derivatives(
                 derivatives.references, derivatives.orders, inputs.factor[derivatives.position] * slope
             )
+        return b
+
+    @staticmethod
+    def _set_centred(c: ComponentPlan, slave: Slave, ends: FloatArray) -> None:
+        """Set the centred inputs to their values at the end of the step, for the outputs that are read next."""
+        inputs, at = c.inputs, c.inputs.centred
+        if inputs.centred_references:
+            slave.set_real(inputs.centred_references, inputs.factor[at] * ends[at] + inputs.addend[at])
 
     def _sources_at_start(self, c: ComponentPlan, k: int) -> FloatArray:
         """Return a: the sources' values where the target's period begins, shape (n_in,)."""
@@ -127,7 +137,7 @@ class Run:
         for i in np.flatnonzero(c.inputs.ahead & (c.inputs.timing != STEP_MEAN)):
             source = self.plan.components[c.inputs.source_component[i]]
             if source.end(k, schedule) > c.end(k, schedule):
-                if c.inputs.timing[i] in (AT_POINT, AFTER_STEP):
+                if c.inputs.timing[i] in (AT_POINT, AFTER_STEP, CENTRED):
                     b[i] = self.point[c.inputs.source[i]]
                 else:
                     b[i] = self._between(c.inputs.source[i], c.inputs.source_component[i], k, c.end(k, schedule))

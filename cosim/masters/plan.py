@@ -7,6 +7,7 @@ same plan with the same arithmetic.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +18,11 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-AT_POINT, AFTER_STEP, MIDPOINT, RAMP, STEP_MEAN = range(5)
-"""Codes of `Inputs.timing`; a step mean is an after_step input that shows its source's newest mean."""
+AT_POINT, AFTER_STEP, MIDPOINT, RAMP, STEP_MEAN, CENTRED = range(6)
+"""Codes of `Inputs.timing`; a step mean is an after_step input that shows its source's newest mean, a centred one is an
+after_step input that is the mean of both ends while the target steps (`Explicit.centred`)."""
 
-TIMING_CODES = {"at_point": AT_POINT, "after_step": AFTER_STEP, "midpoint": MIDPOINT, "ramp": RAMP}
+TIMING_CODES = {"at_point": AT_POINT, "after_step": AFTER_STEP, "midpoint": MIDPOINT, "ramp": RAMP, "centred": CENTRED}
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,7 @@ class Inputs:
     """The connected inputs of a component, all arrays of length n: input = factor * value + addend.
 
     With a and b the source's values at the start and the end of the target's step, value is a (at_point, ramp), b
-    (after_step, step mean) or 0.5 * (a + b) (midpoint). `ahead[i]`: source i steps more slowly and at the start of
+    (after_step, step mean) or 0.5 * (a + b) (midpoint, centred). `ahead[i]`: source i steps more slowly and at the start of
     its period, so that its newest value may lie in the target's future.
     """
 
@@ -39,6 +41,16 @@ class Inputs:
     addend: FloatArray
     ahead: BoolArray
     source_component: IntArray
+
+    @cached_property
+    def centred(self) -> IntArray:
+        """Places of the centred inputs: set to b between the step and the reading of the outputs."""
+        return np.flatnonzero(self.timing == CENTRED)
+
+    @cached_property
+    def centred_references(self) -> tuple[int, ...]:
+        """Their value references."""
+        return tuple(self.references[i] for i in self.centred)
 
 
 @dataclass(frozen=True)

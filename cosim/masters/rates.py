@@ -50,7 +50,7 @@ def _mistake(wiring: Wiring, link: Link, late: frozenset[str]) -> WiringError | 
         return WiringError(problem, f"Let {a} step at the rate of {b}, or slower.", ports)
     if n % m and m % n:
         return WiringError(f"{link}: {rates}", 'One must be a multiple of the other, or timing="at_point".', ports)
-    if n > m and a in late and (link.step_mean or link.timing != "after_step"):
+    if n > m and a in late and (link.step_mean or link.timing not in ("after_step", "centred")):
         problem = f"{link}: {rates}, and {a} waits for faster components, so that its values come too late"
         return WiringError(problem, f'Give the inputs of {a} from faster components timing="at_point".', ports)
     return None
