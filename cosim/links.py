@@ -21,7 +21,7 @@ class Port(NamedTuple):
 
 @dataclass(frozen=True)
 class Link:
-    """One scalar connection: target = factor * source + offset, with one of the four timings, or "centred" (see `Explicit`)."""
+    """One scalar connection: target = factor * source + offset; one of the four timings, or "centred" (`Explicit`)."""
 
     source: Port
     target: Port

@@ -56,7 +56,8 @@ class Point:
         self.m = np.zeros(means) if rng is None else rng.uniform(-1, 1, means)
         self.x = self.initial()
         if rng is not None:  # else what starts from its inputs would be at an equilibrium of all that is held
-            moved = np.concatenate([np.full(v.size, v.calculated * (v.nominal or 1.0)) for v in component.states] or [[]])
+            sizes = [np.full(v.size, v.calculated * (v.nominal or 1.0)) for v in component.states]
+            moved = np.concatenate(sizes or [np.zeros(0)])
             self.x = self.x + spread * moved * rng.uniform(0.1, 1, len(moved))
         self.t = t
 

@@ -30,8 +30,8 @@ class Inputs:
     """The connected inputs of a component, all arrays of length n: input = factor * value + addend.
 
     With a and b the source's values at the start and the end of the target's step, value is a (at_point, ramp), b
-    (after_step, step mean) or 0.5 * (a + b) (midpoint, centred). `ahead[i]`: source i steps more slowly and at the start of
-    its period, so that its newest value may lie in the target's future.
+    (after_step, step mean) or 0.5 * (a + b) (midpoint, centred). `ahead[i]`: source i steps more slowly and at the
+    start of its period, so that its newest value may lie in the target's future.
     """
 
     references: tuple[int, ...]

@@ -1,4 +1,4 @@
-"""Centred stepping: states of second order, outputs as fresh as after_step, also through a chain of feedthrough units."""
+"""Centred stepping: states of second order, outputs as fresh as after_step, also through a chain of units."""
 
 import numpy as np
 from numpy.testing import assert_allclose
