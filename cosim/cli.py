@@ -11,7 +11,7 @@ import typer
 
 from cosim import console
 from cosim.errors import SimulationError
-from cosim.library import Library
+from cosim.fmu_library import Library
 from fmus import build as building
 from fmus.errors import BuildError
 from fmus.toolchain import SUFFIXES as PLATFORMS

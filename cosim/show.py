@@ -8,8 +8,8 @@ from typing import Any
 
 from cosim import graph, scenario
 from cosim.errors import UnknownName
+from cosim.fmu_library import Library
 from cosim.interface import Interface
-from cosim.library import Library
 from cosim.links import Port, Wiring
 from cosim.names import split_element
 from cosim.slave import read_interface

@@ -153,7 +153,7 @@ def find(reference: str, locate: Locate | None = None) -> Path:
         return locate(reference)
     if reference.endswith(".fmu"):
         return Path(reference)
-    library: Any = importlib.import_module("cosim.library")
+    library: Any = importlib.import_module("cosim.fmu_library")
     return library.locate(reference)
 
 

@@ -24,7 +24,7 @@ def fly(stop: float, every: int, out: Path | None = None) -> dict[str, float]:
     import resource
 
     from cosim import scenario
-    from cosim.library import Library
+    from cosim.fmu_library import Library
     from cosim.simulate import simulate
 
     system, experiment = scenario.load(SYSTEM)

@@ -8,7 +8,7 @@ import pytest
 
 from cosim import compare
 from cosim.errors import UnknownName
-from cosim.library import Library
+from cosim.fmu_library import Library
 from cosim.result import Result
 
 LOCATE = Library()

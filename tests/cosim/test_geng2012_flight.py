@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from cosim.library import Library, locate
+from cosim.fmu_library import Library, locate
 from cosim.masters.explicit import Explicit
 from cosim.metrics import attitude_error, settling_time
 from cosim.papers import geng2012, scenario

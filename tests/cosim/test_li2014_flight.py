@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import brentq
 
-from cosim.library import Library
+from cosim.fmu_library import Library
 from cosim.masters.explicit import Explicit
 from cosim.papers import li2014, scenario
 from cosim.papers.claims import judge, window

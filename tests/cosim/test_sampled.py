@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cosim.library import Library
+from cosim.fmu_library import Library
 from cosim.masters.explicit import Explicit
 from cosim.simulate import simulate
 from cosim.system import Connection, Experiment, System

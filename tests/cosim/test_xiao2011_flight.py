@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from cosim.library import Library
+from cosim.fmu_library import Library
 from cosim.papers import scenario, xiao2011
 from cosim.papers.claims import judge
 from cosim.papers.xiao2011 import gain, tracking

@@ -11,7 +11,7 @@ from scipy.integrate import simpson
 from ye2016_loop import CONNECTIONS, OFF, loop
 
 from cosim.errors import InitializationFailed, StepFailed
-from cosim.library import Library
+from cosim.fmu_library import Library
 from cosim.masters.explicit import Explicit
 from cosim.papers import scenario, ye2016
 from cosim.papers.claims import judge
