@@ -1,6 +1,7 @@
 """The vehicle: parameters that plants and controllers share, one name, unit and text each, and where it starts.
 
     J - delta^T delta positive definite: the modes hold less inertia than J                       (1)
+    no principal moment of J above the sum of the others, as no body has one: 2 J_max <= tr J     (2)
 
 Each mode has a column of couplings in its paper, F = delta^T; here a row of delta is a mode. The start values are the
 flexible spacecraft of the source: four modes of panel 1, then the same of panel 2 with opposite couplings. With fewer
@@ -113,7 +114,9 @@ START_OMEGA_BN_B = (euler.G_123(_ANGLES) @ _ANGLE_RATES).full().ravel()
 
 
 def inertia_conditions(J: Any) -> list[Condition]:
-    """Return the conditions on an inertia matrix that a controller works with."""
+    """Return the conditions on an inertia matrix, whatever the axes that it is given in."""
+    largest = -smallest_eigenvalue(-J)
+    others = ca.trace(J) - largest
     return [
         Condition(
             1e-9 * ca.mmax(ca.fabs(J)) - asymmetry(J),
@@ -124,6 +127,12 @@ def inertia_conditions(J: Any) -> list[Condition]:
             smallest_eigenvalue(J),
             "J is not positive definite (smallest eigenvalue {} kg.m2). Check its diagonal.",
             (smallest_eigenvalue(J),),
+        ),
+        Condition(
+            largest <= others + 1e-6 * ca.fabs(largest),  # (2)
+            "J breaks the triangle inequality: its largest principal moment {} kg.m2 is more than the sum {} kg.m2 of "
+            "the others. Check its diagonal.",
+            (largest, others),
         ),
     ]
 

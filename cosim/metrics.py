@@ -36,6 +36,7 @@ def attitude(run: Result, threshold_deg: float = 0.1, rpe_interval_s: float = 10
     for key, name in (
         ("peak modal coordinate (kg(1/2).m)", "plant.eta"),
         ("peak wheel speed (rad/s)", "actuators.wheel_speed"),
+        ("peak wheel momentum (N.m.s)", "actuators.wheel_momentum"),
         ("peak stored momentum (N.m.s)", "actuators.h_B"),
     ):
         values = series(run, name)

@@ -63,6 +63,7 @@ class CmgCluster(Component):
     gimbal_rate = Output(
         unit="rad/s", shape=("gimbals",), display_unit="deg/s", nominal=1e-2, doc="gimbal rates carried out"
     )
+    wheel_momentum = Output(unit="N.m.s", shape=("wheels",), doc="momentum of a wheel relative to the body")
     saturated = Output(unit="1", doc="1 where a limit shortens a command, else 0")
     singularity = Output(unit="1", doc="det(A A^T), A the columns t; det(A^T A) of less than three gyros")
 
@@ -85,6 +86,7 @@ class CmgCluster(Component):
         return {
             "h_B": self._momentum(x, p),
             "gimbal_rate": ca.if_else(p.gimbal_lag > 0, x.servo_rate, wanted),
+            "wheel_momentum": p.wheel_inertia * x.wheel_speed,
             "saturated": ca.sumsqr(cut) > 0,
             "singularity": allocation.singularity(self._directions(x, p)[1]),
         }

@@ -72,17 +72,18 @@ def G_dot_123(theta: Any, theta_dot: Any) -> Any:
     return ca.vertcat(row_1, row_2, ca.horzcat(ct * th_dot, 0, 0))  # (3)
 
 
-def F_123(theta: Any) -> Any:
-    """Return F, the inverse of G."""
+def F_123(theta: Any, floor: float = 0.0) -> Any:
+    """Return F, the inverse of G; |cos th| counts as at least `floor`, so that it is finite."""
     _, th, psi = ca.vertsplit(theta)
-    s, c = ca.sin(psi), ca.cos(psi)
-    row_1 = ca.horzcat(c / ca.cos(th), -s / ca.cos(th), 0)
-    return ca.vertcat(row_1, ca.horzcat(s, c, 0), ca.horzcat(-c * ca.tan(th), s * ca.tan(th), 1))  # (4)
+    s, c, level = ca.sin(psi), ca.cos(psi), _level(th, floor)
+    slope = ca.sin(th) / level
+    row_1 = ca.horzcat(c / level, -s / level, 0)
+    return ca.vertcat(row_1, ca.horzcat(s, c, 0), ca.horzcat(-c * slope, s * slope, 1))  # (4)
 
 
-def acceleration_123(theta: Any, theta_dot: Any, omega_dot: Any) -> Any:
-    """Return theta'' from the derivative of the body rate."""
-    return F_123(theta) @ (omega_dot - G_dot_123(theta, theta_dot) @ theta_dot)  # (5)
+def acceleration_123(theta: Any, theta_dot: Any, omega_dot: Any, floor: float = 0.0) -> Any:
+    """Return theta'' from the derivative of the body rate; `floor` as in F_123."""
+    return F_123(theta, floor) @ (omega_dot - G_dot_123(theta, theta_dot) @ theta_dot)  # (5)
 
 
 def quaternion_from_321(theta: Any) -> Any:
@@ -107,6 +108,11 @@ def R_321(theta: Any) -> Any:
     return ca.vertcat(ca.horzcat(1, 0, -ca.sin(th)), row_2, row_3)  # (7)
 
 
+def _level(th: Any, floor: float) -> Any:
+    level = ca.cos(th)
+    return ca.if_else(level < 0, -1, 1) * ca.fmax(ca.fabs(level), floor)
+
+
 def locked(theta: Any) -> Any:
     """Return whether the pitch of either sequence is as good as +-90 deg."""
     return ca.fabs(ca.cos(theta[1])) < LOCK
@@ -115,8 +121,7 @@ def locked(theta: Any) -> Any:
 def rates_321(theta: Any, omega: Any, floor: float = 0.0) -> Any:
     """Return theta' of sequence 3-2-1 from the body rate; |cos th| counts as at least `floor`, so that it is finite."""
     phi, th, _ = ca.vertsplit(theta)
-    level = ca.cos(th)
-    level = ca.if_else(level < 0, -1, 1) * ca.fmax(ca.fabs(level), floor)
+    level = _level(th, floor)
     turn = ca.sin(phi) * omega[1] + ca.cos(phi) * omega[2]
     pitch = ca.cos(phi) * omega[1] - ca.sin(phi) * omega[2]
     return ca.vertcat(omega[0] + ca.sin(th) / level * turn, pitch, turn / level)  # (7)

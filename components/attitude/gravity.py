@@ -21,9 +21,12 @@ from typing import Any
 
 import casadi as ca
 
+from ..framework import Condition
+
 MU = 3.986004418e14  # m3/s2
 J2 = 1.08262668e-3
 EARTH_RADIUS = 6378136.3  # m
+SURFACE_RATE = (MU / EARTH_RADIUS**3) ** 0.5  # rad/s, of a circular orbit at the surface; no planet has a faster one
 
 E_Z = ca.DM([0, 0, 1])
 
@@ -64,6 +67,12 @@ def difference(earth: Earth, r: Any, s: Any) -> Any:
 def torque(mu: Any, r_B: Any, J: Any) -> Any:
     """Return the gravity gradient torque; r_B is the position in the axes of J."""
     return 3 * mu / _length(r_B) ** 5 * ca.cross(r_B, J @ r_B)  # (4)
+
+
+def orbit_condition(orbit_rate: Any) -> Condition:
+    """Return the condition that a circular orbit of this rate is above the surface."""
+    text = "orbit_rate = {} rad/s: the orbit is below the surface of the Earth, where a circle has {} rad/s."
+    return Condition(SURFACE_RATE - ca.fabs(orbit_rate), text, (orbit_rate, SURFACE_RATE))
 
 
 def _length(r: Any) -> Any:

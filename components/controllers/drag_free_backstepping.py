@@ -15,8 +15,9 @@ Source: H. Li, L. Fan, Design of adaptive neural network controllers for LEO dra
 and Automation 33(2), 2014, equations (10)-(45). Changed: a and b of loop 3 have the sign of (5); lambda, printed 1,
 has a unit; the centres are a fixed grid, of which the print says only that they learn; f_feedforward is added.
 Invariants: V along the loop with f = W*^T h; with network = 0 the weights stay.
-Limits: angles singular at a pitch of +-90 deg. Near zero error h is constant and the network is an integrator of gain
-|h(0)|^2/Gamma. The printed feed-forward hands the satellite's disturbance to loop 3. Nothing limits the commands.
+Limits: angles singular at a pitch of +-90 deg, which `gimbal_lock` reports. Near zero error h is constant and the
+network is an integrator of gain |h(0)|^2/Gamma. The printed feed-forward hands the satellite's disturbance to loop 3.
+Nothing limits the commands.
 """
 
 from typing import Any
@@ -91,6 +92,7 @@ class DragFreeBackstepping(Component):
     phi_SR = Output(unit="rad", shape=(3,), display_unit="deg", nominal=1e-2, doc="roll, pitch, yaw of S to R")
     phi_TS = Output(unit="rad", shape=(3,), display_unit="deg", nominal=1e-2, doc="roll, pitch, yaw of T to S")
     learned_force_S = Output(unit="N", shape=(3,), nominal=1e-2, doc="force by which the network answers")
+    gimbal_lock = Output(unit="1", doc="1 where a pitch is within 0.06 deg of +-90 deg, else 0")
 
     def derivatives(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         rates = {}
@@ -121,6 +123,7 @@ class DragFreeBackstepping(Component):
             "phi_SR": second[0],
             "phi_TS": third[0],
             "learned_force_S": p.m_sc * learned_1,
+            "gimbal_lock": ca.logic_or(euler.locked(second[0]), euler.locked(third[0])),
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:

@@ -16,7 +16,8 @@ Frames: B body, R reference, N inertial. |.| is the Euclidean norm; rows of W ar
 Source: C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible
 spacecraft, J. Harbin Inst. Tech. 50(4), 2018, equations (3), (4), (12)-(14). Changed:
 dots that the print lost (theta_d'', F' in C); the last rate centre of node 1 is -0.03, printed 0.03. It does not say U.
-Limits: singular at a pitch of +-90 deg, of the body or of the reference: `gimbal_lock` reports it, nothing prevents it.
+Limits: singular at a pitch of +-90 deg, of the body or of the reference: within 0.06 deg `gimbal_lock` reports it and
+|cos| counts as 1e-3 in F, so that the torque stays finite; it means nothing there, and nothing prevents it.
 The adaptation does not stop while an actuator saturates. D_hat learns what depends on the torque too (eta'').
 """
 
@@ -130,9 +131,9 @@ class EulerTracking(Component):
     def error(self, u: Any, p: Any) -> Error:
         """Return the error of the angles, roll and yaw the short way round."""
         theta, theta_d = euler.angles_123(u.q_BN), euler.angles_123(u.q_RN)
-        theta_dot = euler.F_123(theta) @ u.omega_BN_B  # (3)
-        theta_d_dot = euler.F_123(theta_d) @ u.omega_RN_R  # (3)
-        theta_d_ddot = euler.acceleration_123(theta_d, theta_d_dot, u.omega_dot_RN_R)
+        theta_dot = euler.F_123(theta, euler.LOCK) @ u.omega_BN_B  # (3)
+        theta_d_dot = euler.F_123(theta_d, euler.LOCK) @ u.omega_RN_R  # (3)
+        theta_d_ddot = euler.acceleration_123(theta_d, theta_d_dot, u.omega_dot_RN_R, euler.LOCK)
         short = ca.atan2(ca.sin(theta - theta_d), ca.cos(theta - theta_d))
         U = p.angle_unit
         return Error(theta, theta_dot, theta_d[1], theta_d_ddot / U, short / U, (theta_dot - theta_d_dot) / U)

@@ -21,7 +21,8 @@ centres, width, epsilon, signs per axis.
 Invariants: sigma(t0) = 0; where the model is exact and rho = 0 sigma stays zero; V = |sigma|^2 / 2 falls as
 V' = s^T (E - rho s / (|s| + epsilon)) with a disturbance E of u.
 Limits: rest-to-rest; of a moving reference only the rate is fed back. The weights only grow. D x = 0 itself would be an
-unstable surface. The integral runs on while an actuator saturates.
+unstable surface. The integral runs on while an actuator saturates. At a pitch of +-90 deg of the body, which
+`gimbal_lock` reports, roll and yaw in (7) jump and rho with them; the error does not.
 """
 
 from typing import Any
@@ -81,6 +82,7 @@ class IntegralSlidingMode(Component):
     sigma = Output(unit="N.m", shape=(3,), nominal=0.1, doc="surface: D x less what the linear law would give")
     s = Output(unit="N.m/s", shape=(3,), nominal=1e-2, doc="(D B)^T sigma, direction of the switching term")
     rho = Output(unit="N.m", shape=(3,), nominal=0.1, doc="switching gain")
+    gimbal_lock = Output(unit="1", doc="1 where the pitch in (7) is within 0.06 deg of +-90 deg, else 0")
 
     def calculate(self, p: Any) -> dict[str, Any]:
         hub_inverse = ca.inv(p.J - p.delta.T @ p.delta)
@@ -113,6 +115,7 @@ class IntegralSlidingMode(Component):
             "sigma": sigma,
             "s": s,
             "rho": rho,
+            "gimbal_lock": euler.locked(euler.angles_321(u.q_BN)),
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:

@@ -16,7 +16,7 @@ from typing import Any
 import casadi as ca
 
 from .. import vehicle
-from ..attitude import quaternion
+from ..attitude import gravity, quaternion
 from ..framework import Component, Condition, Environment, Input, Parameter
 
 INERTIA = [[1200.0, 0.0, 0.0], [0.0, 1000.0, 0.0], [0.0, 0.0, 1500.0]]
@@ -37,4 +37,4 @@ class GravityGradient(Component):
         return {"tau_dist_B": 3 * p.orbit_rate**2 * ca.cross(c, p.J @ c)}  # (2)
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        return vehicle.inertia_conditions(p.J)
+        return [*vehicle.inertia_conditions(p.J), gravity.orbit_condition(p.orbit_rate)]

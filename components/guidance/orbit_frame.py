@@ -16,7 +16,8 @@ from typing import Any
 
 import casadi as ca
 
-from ..framework import Component, Guidance, Parameter
+from ..attitude import gravity
+from ..framework import Component, Condition, Guidance, Parameter
 
 
 class OrbitFrame(Component):
@@ -32,3 +33,6 @@ class OrbitFrame(Component):
             "omega_RN_R": ca.vertcat(0, -p.orbit_rate, 0),  # (2)
             "omega_dot_RN_R": ca.SX.zeros(3),  # (2)
         }
+
+    def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
+        return [gravity.orbit_condition(p.orbit_rate)]

@@ -47,5 +47,10 @@ class OrbitFrameFromState(Component):
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
         across = ca.norm_2(ca.cross(u.r_N, u.v_N)) - 1e-6 * ca.norm_2(u.r_N) * ca.norm_2(u.v_N)
+        r = ca.norm_2(u.r_N)
+        below = "r_N is {} km from the Earth's centre, earth_radius is {} km: the orbit is below the surface."
         text = "r_N and v_N are parallel or zero at the start (|r_N| = {} m, |v_N| = {} m/s): they span no orbit plane."
-        return [Condition(across, text, (ca.norm_2(u.r_N), ca.norm_2(u.v_N)))]
+        return [
+            Condition(across, text, (r, ca.norm_2(u.v_N))),
+            Condition(r - p.earth_radius, below, (r / 1e3, p.earth_radius / 1e3)),
+        ]

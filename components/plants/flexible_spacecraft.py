@@ -77,9 +77,7 @@ class FlexibleSpacecraft(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        norm = ca.norm_2(x.q_BN)
-        text = "q_BN has norm {} at the start, a unit quaternion (within 1e-6) is needed. Divide it by its norm."
-        return [*vehicle.flexible_conditions(self, p), Condition(1e-6 - ca.fabs(norm - 1), text, (norm,))]
+        return [*vehicle.flexible_conditions(self, p), vehicle.quaternion_condition("q_BN", x.q_BN)]
 
     def _momentum(self, x: Any, u: Any, p: Any) -> Any:
         return p.J @ x.omega_BN_B + p.delta.T @ x.eta_dot + u.h_B  # (1)

@@ -270,6 +270,9 @@ def test_gimbal_lock(law):
     assert Point(law()).outputs()["gimbal_lock"] == 0
     assert Point(law(), q_BN=q).outputs()["gimbal_lock"] == 1
     assert Point(law(), q_RN=q).outputs()["gimbal_lock"] == 1
+    for name in ("q_BN", "q_RN"):
+        level = Point(law(), **{name: quaternion([10, 90, 5])}).outputs()
+        assert level["gimbal_lock"] == 1 and np.abs(level["tau_command_B"]).max() < 1e9  # finite, of no use
     messages = Point(law(), q_RN=q).violated()
     assert any("pitch of q_RN is 89.99 deg at the start" in m for m in messages), messages
 

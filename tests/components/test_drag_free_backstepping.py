@@ -98,6 +98,14 @@ def test_a_turning_reference_is_followed():
     assert np.abs(y["tau_command_S"]).max() < 1e-12 and np.abs(y["attitude_error"]).max() < 1e-12
 
 
+@pytest.mark.parametrize("pitched", ["q_SN", "q_TS", "q_RN"])
+def test_a_pitch_of_90_degrees_is_reported_and_finite(pitched):
+    at = {"q_SN": [1.0, 0, 0, 0], "q_TS": [1.0, 0, 0, 0], "q_RN": [1.0, 0, 0, 0]}
+    y = Point(LAW(), **at | {pitched: quaternion([0, np.pi / 2, 0])}).outputs()
+    assert y["gimbal_lock"] == 1 and all(np.isfinite(v).all() for v in y.values())
+    assert Point(LAW(), **at | {pitched: quaternion([0, np.radians(89.9), 0])}).outputs()["gimbal_lock"] == 0
+
+
 @pytest.mark.parametrize(
     ("values", "message"),
     [

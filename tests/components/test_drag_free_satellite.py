@@ -142,7 +142,10 @@ def test_the_cage_holds_the_test_mass():
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        (dict(J=np.diag([100.0, 50.0, 160.0])), "J breaks the triangle inequality: its largest moment 160 kg.m2"),
+        (
+            dict(J=np.diag([100.0, 50.0, 160.0])),
+            "J breaks the triangle inequality: its largest principal moment 160 kg.m2",
+        ),
         (dict(J=-np.eye(3)), "J is not positive definite (smallest eigenvalue -1 kg.m2)"),
         (dict(I_tm=0.0), "I_tm = 0 kg.m2: it must be positive."),
         (dict(m_tm=-1.0), "m_tm = -1 kg: it must be positive."),

@@ -199,5 +199,20 @@ def test_refusals(values, words):
     assert any(all(word in message for word in words) for message in messages), messages
 
 
+@pytest.mark.parametrize("turn", [[0, 0, 0], [0.3, -0.8, 0.5]])
+def test_inertia_of_no_body_is_refused_in_any_axes(turn):
+    """A plate has the largest moment that there can be, the sum of the others; more has nothing."""
+    C = Rotation.from_rotvec(turn).as_matrix()
+
+    def messages(largest):
+        return Point(FlexibleSpacecraft(modes=0), J=C @ np.diag([100.0, 50.0, largest]) @ C.T).violated()
+
+    assert messages(150.0) == []
+    assert messages(160.0) == [
+        "J breaks the triangle inequality: its largest principal moment 160 kg.m2 is more than the sum 150 kg.m2 of "
+        "the others. Check its diagonal."
+    ]
+
+
 def test_undamped_and_fixed_modes_are_allowed():
     assert Point(FlexibleSpacecraft(), zeta=np.zeros(8), Omega=np.zeros(8)).violated() == []

@@ -211,6 +211,8 @@ def test_refusals(case):
 
 
 def test_outputs_are_finite_at_half_a_turn_and_at_a_pitch_of_90_deg():
-    for angle in (np.pi, np.pi / 2):
+    for angle, lock in ((np.pi, 0), (np.pi / 2, 1)):
         q = Rotation.from_rotvec([0, angle, 0]).as_quat(scalar_first=True)
-        assert np.isfinite(numbers(Point(LAW, q_BN=q, q_RN=[1, 0, 0, 0]).outputs_flat())).all()
+        point = Point(LAW, q_BN=q, q_RN=[1, 0, 0, 0])
+        assert np.isfinite(numbers(point.outputs_flat())).all()
+        assert point.outputs()["gimbal_lock"] == lock

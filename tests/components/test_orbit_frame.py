@@ -117,6 +117,15 @@ def test_no_plane_is_refused():
     assert messages and "r_N and v_N are parallel or zero" in messages[0] and "7e+06 m" in messages[0]
 
 
+def test_an_orbit_below_the_surface_is_refused():
+    (message,) = Point(OrbitFrameFromState(), r_N=[6.3e6, 0, 0]).violated()
+    assert message.startswith("r_N is 6300 km from the Earth's centre, earth_radius is 6378.14 km: the orbit is below")
+    for part in (OrbitFrame, GravityGradient):
+        (message,) = Point(part(orbit_rate=1.3e-3)).violated()
+        assert message.startswith("orbit_rate = 0.0013 rad/s: the orbit is below the surface of the Earth")
+        assert Point(part(orbit_rate=-1.23e-3)).violated() == []
+
+
 def test_gravity_gradient_is_the_difference_of_weights():
     """Against two masses on a rod: the sum of their moments in the field 1/r^2, far smaller than the orbit."""
     r, t, length, mass = MU ** (1 / 3) / RATE ** (2 / 3), 400.0, 50.0, 3.0

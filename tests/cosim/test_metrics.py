@@ -136,11 +136,13 @@ def test_peaks_of_what_was_recorded():
             [0, 1],
             plant__eta=[[0, 1e-3], [-2e-3, 0]],
             actuators__wheel_speed=[[1, -7]] * 2,
+            actuators__wheel_momentum=[[0.1, -0.7]] * 2,
             actuators__h_B=[[1, 2, -3]] * 2,
         )
     )
     assert found["peak modal coordinate (kg(1/2).m)"] == 2e-3
     assert found["peak wheel speed (rad/s)"] == 7
+    assert found["peak wheel momentum (N.m.s)"] == 0.7
     assert found["peak stored momentum (N.m.s)"] == 3
 
 

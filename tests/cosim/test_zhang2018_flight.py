@@ -97,6 +97,25 @@ class TestApproach:
         assert_allclose(slopes, 1.0, atol=0.05)
 
 
+@pytest.mark.parametrize("name", ["zhang2018-ppatc", "zhang2018-atc"])
+def test_a_pitch_of_90_degrees_is_reported_and_the_run_goes_on(name):
+    """The body turns through the singularity of Euler angles 1-2-3: the controller says where, finite to the end."""
+    system, experiment = scenario(name)
+    start = {
+        "plant.q_BN": [np.cos(np.radians(40)), 0.0, np.sin(np.radians(40)), 0.0],
+        "plant.omega_BN_B": [0.0, 0.3, 0.0],
+    }
+    wide = {"controller.rho_0": [4.0] * 3, "controller.overshoot": [0.9] * 3} if "ppatc" in name else {}
+    system = replace(system, parameters=system.parameters | start | wide)
+    run = simulate(system, replace(experiment, stop_time=5.0, every=1))
+    lock = run["controller.gimbal_lock"]
+    assert run.info["status"] == "finished" and run.time[-1] == 5.0
+    assert lock.max() == 1 and lock[0] == lock[-1] == 0
+    w, x, y, z = run["plant.q_BN"][lock > 0].T
+    assert np.degrees(np.arcsin(2 * (w * y + x * z))).min() > 89.9
+    assert all(np.isfinite(run.table.column(c).to_numpy()).all() for c in run.table.column_names)
+
+
 class TestBits:
     def run(self, **master):
         run = fly("zhang2018-ppatc", stop_time=5.0, every=1, master=Explicit(centred=True, **master))
