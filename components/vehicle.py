@@ -163,6 +163,11 @@ def quaternion_condition(name: str, q: Any) -> Condition:
     return Condition(1e-6 - ca.fabs(norm - 1), text, (norm,))
 
 
+def attitude_conditions(u: Any) -> list[Condition]:
+    """Return the conditions on the attitudes that a controller is given at the start."""
+    return [quaternion_condition(name, vars(u)[name]) for name in ("q_BN", "q_RN")]
+
+
 def storage_conditions(component: Component, p: Any) -> list[Condition]:
     """Return the conditions on the parameters of `MomentumStorage`."""
     conditions = cmg.geometry_conditions(p.gimbal_axes_B, p.rotor_axes_B)

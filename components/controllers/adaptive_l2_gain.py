@@ -148,7 +148,7 @@ class AdaptiveL2Gain(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        conditions = vehicle.inertia_conditions(p.J)
+        conditions = [*vehicle.attitude_conditions(u), *vehicle.inertia_conditions(p.J)]
         for name in ("time_unit", "p1", "gamma_l2", "c1", "c2", "g_min", "theta_width", "torque_limit"):
             least = ca.mmin(vars(p)[name])
             unit = next(v.unit for v in self.parameters if v.name == name)

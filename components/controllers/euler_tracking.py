@@ -165,7 +165,7 @@ class EulerTracking(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        conditions = vehicle.inertia_conditions(p.J)
+        conditions = [*vehicle.attitude_conditions(u), *vehicle.inertia_conditions(p.J)]
         for name in ("angle_unit", "sigma", "width", "rate_width"):
             value = vars(p)[name]
             unit = next(v.unit for v in self.parameters if v.name == name)

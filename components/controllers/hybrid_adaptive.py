@@ -163,7 +163,7 @@ class HybridAdaptive(Component):
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
         conditions = [*vehicle.inertia_conditions(p.J), *vehicle.storage_conditions(self, p)]
-        conditions += [vehicle.quaternion_condition(name, vars(u)[name]) for name in ("q_BN", "q_RN")]
+        conditions += vehicle.attitude_conditions(u)
         for i in range(3):
             for name, value, unit in (("k_1", p.k_1[i], "1/s2"), ("k_2", p.k_2[i], "1/s")):
                 text = f"{name}[{i + 1}] = {{}} {unit}: A_1 = [0, 1; -k_1, -k_2] is Hurwitz only if it is positive."

@@ -119,7 +119,7 @@ class IntegralSlidingMode(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        conditions = vehicle.flexible_conditions(self, p)
+        conditions = [*vehicle.attitude_conditions(u), *vehicle.flexible_conditions(self, p)]
         for name in ("epsilon", "angle_width", "omega_width", "torque_width"):
             unit = next(v.unit for v in self.parameters if v.name == name)
             value = vars(p)[name]

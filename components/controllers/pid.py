@@ -20,6 +20,7 @@ from typing import Any
 
 import casadi as ca
 
+from .. import vehicle
 from ..attitude import euler, quaternion
 from ..attitude.limits import saturated
 from ..framework import AttitudeController, Component, Condition, Output, Parameter, State
@@ -60,7 +61,7 @@ class PID(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        conditions = []
+        conditions = vehicle.attitude_conditions(u)
         for i in range(3):
             value = p.torque_limit[i]
             text = f"torque_limit[{i + 1}] = {{}} N.m: it must be positive."

@@ -8,7 +8,10 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 from zhang2018_loop import CONNECTIONS, loop
 
+from components.controllers.adaptive_l2_gain import AdaptiveL2Gain
 from components.controllers.adaptive_tracking import AdaptiveTracking
+from components.controllers.integral_sliding_mode import IntegralSlidingMode
+from components.controllers.pid import PID
 from components.controllers.prescribed_performance import PrescribedPerformance
 
 DEGREE = np.pi / 180
@@ -313,3 +316,10 @@ def test_refusals(case):
 
 def test_zero_error_with_overshoot_is_allowed():
     assert Point(PrescribedPerformance(overshoot=[0.1] * 3), q_BN=[1, 0, 0, 0]).violated() == []
+
+
+@pytest.mark.parametrize("law", [PrescribedPerformance, AdaptiveTracking, AdaptiveL2Gain, PID, IntegralSlidingMode])
+@pytest.mark.parametrize("name", ["q_BN", "q_RN"])
+def test_a_quaternion_of_zero_length_is_refused_by_every_law(law, name):
+    (first, *_) = Point(law(), **{name: np.zeros(4)}).violated()
+    assert first.startswith(f"{name} has norm 0 at the start, a unit quaternion (within 1e-6) is needed.")
