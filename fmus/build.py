@@ -21,10 +21,13 @@ from .blame import blamed
 from .errors import BuildError
 from .native_fmu import build_native
 from .python_fmu import build_python, sources_of_component
+from .sources import OURS
 from .toolchain import compiler_name
 
 BACKENDS = ("native", "python")
 HERE = Path(__file__).parent
+IMPORTED = {file: file.read_bytes() for file in [*OURS["components"].rglob("*.py"), *HERE.glob("*.py")]}
+"""Our modules as this process imported them: what it builds is made of these, however they are edited meanwhile."""
 
 
 def build(
@@ -145,7 +148,7 @@ def _key(component: Component, backend: str, platforms: Sequence[str], name: str
     )
     own = [*HERE.glob("*.py"), *(HERE / "native").iterdir(), *(HERE / "python").glob("*.py")]
     for file in [*sorted(sources_of_component(component).files.values()), *sorted(own)]:
-        digest.update(file.read_bytes())
+        digest.update(IMPORTED.get(file) or file.read_bytes())
     return digest.hexdigest()
 
 
