@@ -10,6 +10,7 @@ from .actuators.cmg_steering import CmgSteering
 from .actuators.electrostatic_suspension import ElectrostaticSuspension
 from .actuators.reaction_wheels import ReactionWheels
 from .actuators.thrusters import Thrusters
+from .actuators.weighted_steering import WeightedSteering
 from .controllers.adaptive_l2_gain import AdaptiveL2Gain
 from .controllers.adaptive_tracking import AdaptiveTracking
 from .controllers.drag_free_backstepping import DragFreeBackstepping
@@ -62,4 +63,5 @@ CATALOG: dict[str, Callable[[], Component]] = {
     "StarTrackerGyro": StarTrackerGyro,
     "Sum": Sum,
     "Thrusters": Thrusters,
+    "WeightedSteering": WeightedSteering,
 }

@@ -252,21 +252,27 @@ def compare_(
 ) -> None:
     """Fly every attitude controller on every attitude plant: the same slew, the same disturbance, one table.
 
-    The vehicle's parameters are carried into plant and controller, gains are not retuned.
+    A plant has its paper's cluster, or wheels. The vehicle's parameters are carried into the controller, gains are not
+    retuned. Exit status 1 after Ctrl-C: the table has the flights that were finished.
     """
     from cosim import compare
 
     with _reported(), console.progress("compare") as progress:
-        rows, columns = ([name for name in text.split(",") if name] for text in (plants, controllers))
+        rows, columns = ([name.strip() for name in text.split(",") if name.strip()] for text in (plants, controllers))
         table = compare.compare(rows, columns, out, Library(backend, console.note), progress, console.note)
     console.parameters(table.parameters)
-    for plant in dict.fromkeys(cell.plant for cell in table.cells):
+    for line in compare.mission.WORDS:
+        console.write(line)
+    for plant, cluster in table.clusters.items():
         cells = [cell for cell in table.cells if cell.plant == plant]
-        console.table((f"on {plant}", *compare.COLUMNS), [compare.row(cell)[1:-1] for cell in cells if cell.figures])
+        console.write(f"\n{plant} with {cluster}")
+        console.table(("controller", *compare.COLUMNS), [compare.row(cell)[1:-1] for cell in cells if cell.figures])
         for cell in cells:
             if cell.remark:
                 console.write(f"{cell.controller} on {plant} {cell.remark}")
     console.files(table.files)
+    if not table.complete:
+        raise typer.Exit(1)
 
 
 def _tell(name: str, result: "Result", plot: bool, as_published: bool) -> None:

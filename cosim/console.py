@@ -107,7 +107,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 def parameters(sets: Mapping[str, Mapping[str, object]]) -> None:
     """Parameter sets by name; of long arrays only the beginning."""
     for name, values in sets.items():
-        write(f"{name}:")
+        write(f"{name}:" if values else f"{name}: as published")
         for key, value in values.items():
             text = json.dumps(value)
             write(f"  {key} = {text if len(text) <= LONG else f'{text[:LONG]} ...'}")

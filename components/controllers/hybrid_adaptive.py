@@ -197,9 +197,7 @@ class HybridAdaptive(Component):
         v = sigma_d_ddot - p.k_1 * e - p.k_2 * e_dot - F - Y_F @ x.Theta_F  # (24)
         s_0, t_0 = p.rotor_axes_B + x.Theta_c[:, 3:].T, self._transverse(p) + x.Theta_c[:, :3].T  # (18)
         _, axes = cmg.rotated(s_0, t_0, u.gimbal_angle)
-        columns = [p.rotor_momentum[i] * axes[:, i] for i in range(self.gimbals)]  # (10)
-        columns += [p.wheel_inertia[j] * (p.spin_axes_B[:, j] + x.Theta_w[j, :].T) for j in range(self.wheels)]  # (10)
-        X = -G_J @ ca.horzcat(*columns)  # (10)
+        X = -G_J @ cmg.momentum_rates(axes, p.rotor_momentum, p.spin_axes_B + x.Theta_w.T, p.wheel_inertia)  # (10)
         rates = allocation.weighted_inverse(X, ca.vertcat(p.gimbal_weight, p.wheel_weight)) @ v  # (24)
         tau = p.J @ mrp.G_inverse(sigma) @ v
         return Law(e, e_dot, G_J, Y_F, rates[: self.gimbals], rates[self.gimbals :], tau, q[0], q_d[0])

@@ -5,8 +5,9 @@
 
 from cosim.papers.geng2012.claims import CLAIMS
 from cosim.papers.geng2012.figures import figures
+from cosim.papers.geng2012.gains import designed
 from cosim.papers.geng2012.system import systems
 
-__all__ = ["CLAIMS", "TITLE", "figures", "systems"]
+__all__ = ["CLAIMS", "TITLE", "designed", "figures", "systems"]
 
 TITLE = "Geng, Wu, Ma: Neural network compensation of flexible satellite rapid maneuver (2012)"
