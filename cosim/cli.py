@@ -149,17 +149,22 @@ def run(
     force: Force = False,
     every: Annotated[int | None, typer.Option(help="Record every n-th communication point.")] = None,
     format: Annotated[Literal["parquet", "csv", "mat"], typer.Option(help="Format of the result.")] = "parquet",
+    settled: Annotated[
+        str | None,
+        typer.Option(metavar="ANGLE", help="Threshold of the settling time, as in '0.005 deg'. Default: the paper's."),
+    ] = None,
     plot: Annotated[bool, typer.Option("--plot", help="Draw figures into the result folder.")] = False,
 ) -> None:
     """Fly a system, and print its metrics and the claims of a paper that it decides.
 
     Missing FMUs are built first. Exit status: 0 finished, 1 ended early (what was recorded is kept), 2 not begun.
     """
-    from cosim import metrics, overrides, scenario
+    from cosim import metrics, overrides, papers, scenario
     from cosim.simulate import simulate
 
     with _reported():
         system, experiment = scenario.load(name)
+        threshold = papers.settled(name) if settled is None else overrides.parse_degrees(settled, "--settled")
         locate = Library(backend, console.note)
         system, swaps = overrides.with_units(system, use or [], locate)
         for swap in swaps:
@@ -181,7 +186,7 @@ def run(
                     format=format,
                     overwrite=force,
                     swaps=swaps,
-                    metrics=metrics.attitude,
+                    metrics=lambda run: metrics.attitude(run, threshold),
                 )
             except SimulationError as error:
                 if error.result is None:
@@ -225,18 +230,25 @@ def reproduce_(
     backend: Backend = "native",
     force: Force = False,
 ) -> None:
-    """Fly every experiment of the papers, judge their claims, draw their figures."""
+    """Fly every experiment of the papers, judge their claims, draw their figures; one table of claims, one of metrics.
+
+    Exit status 1 after Ctrl-C or a failure: the report has the experiments that were flown.
+    """
     from cosim import papers, reproduce
 
     with _reported():
         locate = Library(backend, console.note)
-        for paper in names or list(papers.PAPERS):
-            with console.progress(paper) as progress:
-                report = reproduce.paper(paper, out / paper, locate, progress, overwrite=force)
-            console.claims(report.verdicts)
-            console.files(report.files)
-            if not report.complete:
-                raise typer.Exit(1)
+        chosen = list(dict.fromkeys(names or papers.PAPERS))
+        with console.progress("reproduce") as progress:
+            report = reproduce.reproduce(chosen, out, locate, progress, console.note, overwrite=force)
+        console.claims(report.verdicts)
+        rows = list(reproduce.metrics_rows(report.results, reproduce.BRIEF))
+        console.table(("experiment", *reproduce.BRIEF, "ended"), rows)
+        console.files(report.files)
+        if report.failure is not None:
+            raise report.failure
+        if not report.complete:
+            raise typer.Exit(1)
 
 
 @app.command("compare")

@@ -1,6 +1,7 @@
 """What the command line prints: tables to standard output, notes, progress and errors to standard error."""
 
 import json
+import sys
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,7 +20,10 @@ if TYPE_CHECKING:  # a message must not wait for what flies and draws
 LONG = 100
 """Characters of a value that are printed."""
 
-_out = Console(soft_wrap=True, highlight=False)
+WIDTH = 140
+"""Characters of a table that goes to a file."""
+
+_out = Console(soft_wrap=True, highlight=False, width=None if sys.stdout.isatty() else WIDTH)
 _err = Console(stderr=True, soft_wrap=True, highlight=False)
 
 
@@ -71,6 +75,9 @@ def summary(result: "Result") -> None:
     wall = info["wall_time"]
     end = f"{result.time[-1]:g} s simulated" if len(result) else "nothing simulated"
     _out.print(f"{info['status']}: {end}, {wall['loop']:.2f} s in the loop, {len(result)} rows recorded", markup=False)
+    if info.get("event"):
+        happened = info["event"]
+        write(f"ended by {happened['variable']} at {happened['time']:g} s: {happened['meaning']}")
     if info["last_step"] < info["communication_step_size"]:
         span = info["stop_time"] - info["start_time"]
         write(f"the last step is {info['last_step']:g} s: {span:g} s are no multiple of the step")
@@ -83,14 +90,15 @@ def summary(result: "Result") -> None:
 
 
 def claims(verdicts: "Sequence[Verdict]") -> None:
-    """The claims of a paper beside what was measured; of those not judged only why."""
+    """The claims beside what was measured, in one table; of those not judged only why."""
     judged = [v for v in verdicts if v.verdict != "not judged"]
-    for paper in dict.fromkeys(v.paper for v in judged):
-        table = Table(f"claim of {paper}", "paper says", "measured", "verdict", pad_edge=False)
-        for v in judged:
-            if v.paper == paper:
-                table.add_row(*map(escape, (v.claim, v.said, v.measured, v.verdict)))
-        _out.print(table)
+    if judged:
+        papers = [v.paper for v in judged]
+        shown = Table("paper", "claim", "paper says", "measured", "verdict", pad_edge=False)
+        for v, following in zip(judged, [*papers[1:], ""], strict=True):
+            row = map(escape, (v.paper, v.claim, v.said, v.measured, v.verdict))
+            shown.add_row(*row, end_section=v.paper != following)
+        _out.print(shown)
     for paper, why in dict.fromkeys((v.paper, v.measured) for v in verdicts if v not in judged):
         count = sum((v.paper, v.measured) == (paper, why) for v in verdicts if v not in judged)
         write(f"{count} claim{'s' if count > 1 else ''} of {paper} not judged: {why}")
@@ -99,6 +107,8 @@ def claims(verdicts: "Sequence[Verdict]") -> None:
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Rows of texts under a head."""
     shown = Table(*head, pad_edge=False)
+    for column in shown.columns:
+        column.overflow = "fold"
     for row in rows:
         shown.add_row(*map(escape, row))
     _out.print(shown)

@@ -1,5 +1,6 @@
 """What a command line changes in a system: parameters one by one or from a file, and the FMU of an instance."""
 
+import math
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace as changed
@@ -70,6 +71,15 @@ def _set(parameters: dict[str, Any], name: str, value: Any) -> None:
         elif instance == "*" and i != "*":
             parameters[f"{i}.{variable}"] = value
     parameters[name] = value
+
+
+def parse_degrees(text: str, name: str) -> float:
+    """Read "0.005 deg", "1e-4 rad" or "0.005" (a plain number is degrees); the answer is in deg."""
+    angle = Value(text)
+    factor = {None: 1.0, "deg": 1.0, "rad": math.degrees(1.0)}.get(angle.unit)
+    if factor is None or not isinstance(angle.value, int | float) or not 0 < angle.value < math.inf:
+        raise ParameterError(name, f"{text!r} is no positive angle. Write it as 0.005 deg or 1e-4 rad")
+    return factor * angle.value
 
 
 def with_units(system: System, uses: Sequence[str], locate: Callable[[str], Path]) -> tuple[System, list[SwapReport]]:

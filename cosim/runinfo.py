@@ -11,6 +11,7 @@ from typing import Any
 from cosim.interface import Interface, Scalar
 from cosim.links import Port, Wiring
 from cosim.masters.plan import Plan
+from cosim.names import split_element, split_port
 from cosim.swap import SwapReport
 from cosim.system import Experiment, System
 from cosim.time import Schedule, to_seconds
@@ -42,6 +43,8 @@ def setup(
         "communication_step_size": to_seconds(plan.schedule.step),
         "last_step": to_seconds(plan.schedule.stop - plan.schedule.point(plan.schedule.steps - 1)),
         "every": plan.schedule.every,
+        "stop_when": experiment.stop_when,
+        "connections": _connections(experiment.master, wiring),
         "parameters": _values(wiring, wiring.settings),
         "held": _values(wiring, wiring.held),
         "swaps": [dataclasses.asdict(report) for report in swaps],
@@ -49,12 +52,26 @@ def setup(
     }
 
 
-def ending(schedule: Schedule, reached: float | None, failure: Exception | None) -> dict[str, Any]:
-    """Return how the run ended: finished, interrupted or failed, where and why."""
+def ending(
+    schedule: Schedule, reached: float | None, failure: Exception | None, event: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
+    """Return how the run ended: finished, at its stop time or by an event, interrupted or failed, where and why."""
     if failure is not None:
         return broken(failure) | {"reached_time": reached}
-    status = "finished" if reached == to_seconds(schedule.stop) else "interrupted"
-    return {"status": status, "reached_time": reached}
+    if reached == to_seconds(schedule.stop):
+        return {"status": "finished", "reached_time": reached}
+    if event is None:
+        return {"status": "interrupted", "reached_time": reached}
+    return {"status": "finished", "reached_time": reached, "event": dict(event)}
+
+
+def event(wiring: Wiring, flag: str, reached: float | None) -> dict[str, Any] | None:
+    """Return the event that a flag stands for, if the run was to end by one: time in s, variable, meaning."""
+    if not flag:
+        return None
+    component, variable = split_port(flag)
+    meaning = wiring.interfaces[component].variables[variable].description
+    return {"time": reached, "variable": f"{component}.{variable}", "meaning": meaning}
 
 
 def broken(failure: BaseException) -> dict[str, Any]:
@@ -75,6 +92,18 @@ def _component(reference: str, interface: Interface, path: Path | None, steps: i
         "generation_tool": interface.generation_tool,
         "steps": steps,
     }
+
+
+def _connections(master: Any, wiring: Wiring) -> dict[str, Any]:
+    """Return target -> source and timing as flown, arrays whole."""
+    timed: Wiring = master.timed(wiring) if hasattr(master, "timed") else wiring
+    found: dict[str, Any] = {}
+    for link in timed.links:
+        source, target = (f"{p.component}.{split_element(p.variable)[0]}" for p in (link.source, link.target))
+        whole = {"source": source, "timing": "step mean" if link.step_mean else link.timing}
+        if found.setdefault(target, whole) != whole:  # elements of an array from several sources
+            found[str(link.target)] = whole | {"source": str(link.source)}
+    return found
 
 
 def _values(wiring: Wiring, values: Mapping[Port, Scalar]) -> dict[str, Any]:

@@ -50,7 +50,8 @@ def simulate(
     name. `locate`: FMU reference -> path. `progress(t, stop_time)`, both in s, is called some times a second. `swaps`
     and the value of `metrics(result)` go into run.json.
 
-    Ctrl-C ends the run between two steps; its result has status "interrupted". Raises `ResultExists`, `TimeError`,
+    Ctrl-C ends the run between two steps; its result has status "interrupted". A run that its `stop_when` ends is
+    finished, and its info has the `event`. Raises `ResultExists`, `TimeError`,
     `FmuError`, `WiringErrors`, `CyclicOrder`, `AlgebraicLoop`, `InitializationFailed` before anything is written, and
     `StepFailed`, or `ResultUnwritable` where the disk is full, once the rows up to the failure are: the exception's
     `result` has them. Whatever else ends the run is raised too, and run.json says what it was.
@@ -67,7 +68,7 @@ def simulate(
         paths = {n: find(r, locate) for n, r in system.components.items() if n not in given}
         used = {n: given[n] if n in given else FmuSlave(n, paths[n]) for n in system.components}
         wiring = wire(system, {name: slave.interface for name, slave in used.items()})
-        plan = experiment.master.plan(wiring, schedule, experiment.record)
+        plan = experiment.master.plan(wiring, schedule, experiment.record, experiment.stop_when)
         info = runinfo.setup(system, experiment, wiring, plan, paths, swaps)
         for slave in used.values():
             stack.callback(slave.free)
@@ -89,8 +90,9 @@ def simulate(
             result = Result.read(folder)
             result.folder = folder if out is not None else None
             reached = float(result.time[-1]) if len(result) else None
-            result.info = info | runinfo.ending(schedule, reached, failure) | {"rows": len(result)}
-            if metrics is not None and result.info["status"] == "finished":
+            event = None if flight.interrupted else runinfo.event(wiring, experiment.stop_when, reached)
+            result.info = info | runinfo.ending(schedule, reached, failure, event) | {"rows": len(result)}
+            if metrics is not None:
                 result.info["metrics"] = dict(metrics(result))
             result.info["wall_time"] = {"total": time.perf_counter() - began, "loop": flight.wall_time}
             _write_info(folder, result.info)
@@ -117,6 +119,7 @@ def _story(folder: Path, info: Mapping[str, Any]) -> Generator[None]:
 class _Flight:
     wall_time: float
     failure: Exception | None
+    interrupted: bool
 
 
 def _fly(
@@ -129,6 +132,7 @@ def _fly(
 ) -> _Flight:
     """Run the loop with the recorder and the progress as its guests; rows are kept whatever ends it."""
     failure: Exception | None = None
+    interrupted = False
     began = time.perf_counter()
     try:
         with Recorder(folder, plan.columns) as recorder, interruptible() as stop:
@@ -139,12 +143,13 @@ def _fly(
                     if progress is not None:
                         progress(to_seconds(plan.schedule.point(done)), to_seconds(plan.schedule.stop))
             except KeyboardInterrupt:
-                pass  # the last row tells how far it came
+                interrupted = True  # the last row tells how far it came
             finally:
                 run.close()
+                interrupted = interrupted or stop()
     except Exception as error:
         failure = error
-    return _Flight(time.perf_counter() - began, failure)
+    return _Flight(time.perf_counter() - began, failure, interrupted)
 
 
 def find(reference: str, locate: Locate | None = None) -> Path:

@@ -83,6 +83,9 @@ class Experiment:
 
     The patterns of `record` choose among inputs and outputs ("*", "plant.*", "*.q_BN"); a local variable is recorded
     where a pattern names it in full. The first and the last row are always recorded.
+
+    `stop_when`: a flag of a component, "plant.cage_contact": where it is there, the run ends at the first communication
+    point at which the flag is above 0.5. That is a result, no failure; run.json has it as its `event`.
     """
 
     stop_time: float
@@ -91,6 +94,7 @@ class Experiment:
     start_time: float = 0.0
     every: int = 1
     record: Sequence[str] = ("*",)
+    stop_when: str = ""
 
     def __post_init__(self) -> None:
         """Make the patterns a tuple."""

@@ -20,6 +20,7 @@ typedef int (*GetDerivatives)(void *, const unsigned *, size_t, const int *, dou
 typedef int (*DoStep)(void *, double, double, int);
 
 enum { AT_POINT, AFTER_STEP, MIDPOINT, RAMP, STEP_MEAN, CENTRED };
+static const double FLAG = 0.5; /* plan.FLAG */
 enum { WARNING = 1 }; /* the highest FMI status that is a success */
 enum { CALL_NONE, CALL_SET, CALL_SET_DERIVATIVES, CALL_STEP, CALL_GET, CALL_GET_DERIVATIVES, CALL_NOT_FINITE };
 
@@ -72,6 +73,7 @@ typedef struct {
     integer columns;
     const integer *column_source;
     const double *column_factor, *column_addend;
+    integer stop_slot; /* the flag that ends the run where it is above FLAG, -1: none */
     /* where the run stands */
     integer done, last_row;
     /* what ended it, if anything did */
@@ -266,6 +268,7 @@ EXPORT integer kernel_run(Run *r, integer most, double *rows, integer capacity, 
     integer until = r->done + most;
     if (until > r->steps) until = r->steps;
     while (r->done < until && count < capacity) {
+        if (r->stop_slot >= 0 && r->point[r->stop_slot] > FLAG) break;
         if (step(r, r->done)) break;
         r->done++;
         if (r->done % r->every == 0 || r->done == r->steps) {

@@ -76,7 +76,7 @@ class _Run(ctypes.Structure):
         *((name, ctypes.c_void_p) for name in ("point", "newest", "next")),
         ("columns", ctypes.c_longlong),
         *((name, ctypes.c_void_p) for name in ("column_source", "column_factor", "column_addend")),
-        *((name, ctypes.c_longlong) for name in ("done", "last_row")),
+        *((name, ctypes.c_longlong) for name in ("stop_slot", "done", "last_row")),
         *((name, ctypes.c_longlong) for name in ("failed_call", "failed_component", "failed_status", "failed_slot")),
     ]
 
@@ -125,7 +125,7 @@ def steps(
     block.append(to_seconds(schedule.start), plan.row(values))
     chunk = 1
     try:
-        while run.done < schedule.steps and not stop():
+        while run.done < schedule.steps and not stop() and not plan.ends(flight.point()):
             if block.full:
                 yield run.done
             before, began = run.done, time.perf_counter()
@@ -167,6 +167,7 @@ class _Flight:
             column_source=self._array(columns.source, np.int64),
             column_factor=self._array(columns.factor, np.float64),
             column_addend=self._array(columns.addend, np.float64),
+            stop_slot=plan.stop_slot,
         )
 
     def _array(self, values: Any, kind: Any) -> int:

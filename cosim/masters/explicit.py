@@ -46,9 +46,9 @@ class Explicit:
         if self.extrapolation not in (0, 1, 2):
             raise NotSupported(f"extrapolation of order {self.extrapolation}", "Choose 0, 1 or 2.")
 
-    def plan(self, wiring: Wiring, schedule: Schedule, record: Sequence[str]) -> Plan:
+    def plan(self, wiring: Wiring, schedule: Schedule, record: Sequence[str], stop_when: str = "") -> Plan:
         """Turn a checked wiring into plain data; see `Master.plan`."""
-        return planning.build(self.timed(wiring), schedule, record, self.extrapolation)
+        return planning.build(self.timed(wiring), schedule, record, self.extrapolation, stop_when)
 
     def timed(self, wiring: Wiring) -> Wiring:
         """Return the wiring with the timings of the preset, centred where that is asked for and can be."""

@@ -28,7 +28,7 @@ def steps(
     done = last_row = 0
     try:
         look = time.perf_counter() + LOOK
-        while done < schedule.steps and not stop():
+        while done < schedule.steps and not stop() and not plan.ends(run.point):
             if block.full or time.perf_counter() > look:
                 yield done
                 look = time.perf_counter() + LOOK

@@ -39,7 +39,7 @@ class Block:
 class Master(Protocol):
     """A master algorithm: settings, and two methods. Initialization is the same for all (initialization.py)."""
 
-    def plan(self, wiring: Wiring, schedule: Schedule, record: Sequence[str]) -> Plan:
+    def plan(self, wiring: Wiring, schedule: Schedule, record: Sequence[str], stop_when: str = "") -> Plan:
         """Turn a checked wiring into plain data; raises `CyclicOrder`, `NotSupported`, `UnknownName`."""
         ...
 
@@ -50,7 +50,8 @@ class Master(Protocol):
 
         `values` are those of the plan's slots at the start. Rows go to `block`; the generator yields the number of
         finished steps whenever the caller may look: the block is full (the caller must empty it), about 0.1 s have
-        passed, or the run ends. `stop` is asked between steps; the run ends early where it answers True. However it
-        ends, the row of the last communication point reached is in the block.
+        passed, or the run ends. `stop` is asked between steps; the run ends early where it answers True, and where the
+        plan's flag is up (`Plan.ends`). However it ends, the row of the last communication point reached is in the
+        block.
         """
         ...

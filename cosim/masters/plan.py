@@ -24,6 +24,9 @@ after_step input that is the mean of both ends while the target steps (`Explicit
 
 TIMING_CODES = {"at_point": AT_POINT, "after_step": AFTER_STEP, "midpoint": MIDPOINT, "ramp": RAMP, "centred": CENTRED}
 
+FLAG = 0.5
+"""A flag is up where it is above this, half way between its values 0 and 1."""
+
 
 @dataclass(frozen=True)
 class Inputs:
@@ -149,7 +152,10 @@ class Columns:
 
 @dataclass(frozen=True)
 class Plan:
-    """The whole run, `components` in stepping order; `constants` (held inputs) fill the last of the `size` slots."""
+    """The whole run, `components` in stepping order; `constants` (held inputs) fill the last of the `size` slots.
+
+    `stop_slot`: the slot of the flag that ends the run where it is above FLAG; -1: none.
+    """
 
     schedule: Schedule
     components: tuple[ComponentPlan, ...]
@@ -158,6 +164,11 @@ class Plan:
     initialization: tuple[Evaluation, ...]
     refresh: tuple[Reading, ...]
     columns: Columns
+    stop_slot: int = -1
+
+    def ends(self, values: FloatArray) -> bool:
+        """Whether the flag that ends the run is up, in a vector of slots."""
+        return self.stop_slot >= 0 and bool(values[self.stop_slot] > FLAG)
 
     def row(self, values: FloatArray) -> FloatArray:
         """Return the recorded columns of a vector of slots."""

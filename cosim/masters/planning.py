@@ -29,14 +29,27 @@ from cosim.time import Schedule
 from cosim.units import IDENTITY, Conversion
 
 
-def build(wiring: Wiring, schedule: Schedule, record: Sequence[str], extrapolation: int = 0) -> Plan:
+def build(
+    wiring: Wiring, schedule: Schedule, record: Sequence[str], extrapolation: int = 0, stop_when: str = ""
+) -> Plan:
     """Make the plan of a wiring.
 
-    Raises `CyclicOrder`, `WiringErrors` for rates that do not fit, `UnknownName` for a pattern that matches nothing.
+    Raises `CyclicOrder`, `WiringErrors` for rates that do not fit, `UnknownName` for a pattern that matches nothing or
+    a flag that there is not.
     """
     if mistakes := rates.mistakes(wiring, schedule):
         raise WiringErrors(wiring.system, mistakes)
-    return _Planner(wiring, recorded(wiring, record), extrapolation).plan(schedule)
+    planner = _Planner(wiring, recorded(wiring, record), extrapolation)
+    return planner.plan(schedule, flag(wiring, stop_when) if stop_when else None)
+
+
+def flag(wiring: Wiring, name: str) -> Port:
+    """Return the Real output that a name means; raises `UnknownName`."""
+    outputs = [Port(component, v.name) for component, fmu in wiring.interfaces.items() for v in fmu.real_outputs]
+    for port in outputs:
+        if str(port) == canonical(name):
+            return port
+    raise UnknownName("output", name, "stop_when", list(map(str, outputs)))
 
 
 def recorded(wiring: Wiring, patterns: Sequence[str]) -> list[Port]:
@@ -85,7 +98,7 @@ class _Planner:
         self.held = {port: v for port, v in wiring.held.items() if self._variable(port).type == "Real"}
         self.slots |= {port: self._next_slot + i for i, port in enumerate(self.held)}
 
-    def plan(self, schedule: Schedule) -> Plan:
+    def plan(self, schedule: Schedule, ending: Port | None = None) -> Plan:
         evaluations = graph.initialization_order(self.wiring)
         refresh = graph.refresh_order(self.wiring).evaluations
         return Plan(
@@ -102,6 +115,7 @@ class _Planner:
             ),
             refresh=tuple(reading for e in refresh for reading in self._readings(e.outputs)),
             columns=self._columns(),
+            stop_slot=-1 if ending is None else self.slots[ending],
         )
 
     @property

@@ -1,6 +1,7 @@
 """The published control systems that come with the project: their experiments, claims and figures.
 
-A paper is a module with `TITLE`, `systems()`, `CLAIMS` and `figures(results)`; `PAPERS` is the only list of them.
+A paper is a module with `TITLE`, `SETTLED`, `systems()`, `CLAIMS` and `figures(results)`; `PAPERS` is the only list of
+them.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -8,7 +9,7 @@ from typing import Protocol
 
 from matplotlib.figure import Figure
 
-from cosim import plots
+from cosim import metrics, plots
 from cosim.errors import UnknownName
 from cosim.papers import geng2012, li2014, xiao2011, ye2016, zhang2018
 from cosim.papers.claims import Claim, Verdict, judge
@@ -24,6 +25,11 @@ class Paper(Protocol):
     @property
     def TITLE(self) -> str:
         """Authors, title, journal, year."""
+        ...
+
+    @property
+    def SETTLED(self) -> float:
+        """The attitude error within which its runs count as settled in their metrics, deg."""
         ...
 
     @property
@@ -43,9 +49,9 @@ class Paper(Protocol):
 PAPERS: dict[str, Paper] = {
     "zhang2018": zhang2018,
     "xiao2011": xiao2011,
-    "geng2012": geng2012,
     "ye2016": ye2016,
     "li2014": li2014,
+    "geng2012": geng2012,
 }
 
 
@@ -79,6 +85,12 @@ def descriptions() -> dict[str, str]:
     return {name: (make.__doc__ or "").strip().split("\n")[0] for name, make in systems().items()}
 
 
+def settled(name: str) -> float:
+    """Return the threshold of the settling time of a system, deg: that of its paper, or the usual one."""
+    owner = _owner(name)
+    return metrics.THRESHOLD if owner is None else owner.SETTLED
+
+
 def verdicts(name: str, result: Result) -> list[Verdict]:
     """Return the verdicts of the claims that one run decides; none if an FMU was swapped: that is not the paper's."""
     owner = _owner(name)
@@ -100,7 +112,8 @@ def remark(name: str, result: Result, as_published: bool = True) -> str:
     if changed:
         return f"claims of {key}: not judged, for this is not the paper's experiment ({', '.join(changed)})"
     others = [claim for claim in owner.CLAIMS if name in claim.runs and set(claim.runs) != {name}]
-    return f"{len(others)} claims of {key} compare experiments: adcs reproduce {key}" if others else ""
+    words = "claims" if len(others) > 1 else "claim"
+    return f"{len(others)} more {words} of {key}, of several experiments: adcs reproduce {key}" if others else ""
 
 
 def figures(name: str, result: Result) -> dict[str, Figure]:

@@ -34,7 +34,8 @@ Measure = Callable[[Mapping[str, Result]], Measured]
 class Claim:
     """One sentence of a paper, the number it gives, the experiments it takes and the criterion that decides it.
 
-    `runs` are experiments by name; every one has to reach `until` (s). `criterion` says what `measure` tests, in words.
+    `runs` are experiments by name; every one has to reach `until` (s) or the event that ends it. `criterion` says what
+    `measure` tests, in words.
     """
 
     paper: str
@@ -63,6 +64,8 @@ class Claim:
             return "needs " + ", ".join(absent)
         for name in self.runs:
             time = runs[name].time
+            if runs[name].info.get("event"):
+                continue  # it ended where it was to end
             if not len(time) or time[-1] < self.until - 1e-9:
                 end = f"{time[-1]:g} s" if len(time) else "no row"
                 return f"needs {self.until:g} s of {name}, it has {end}"

@@ -1,5 +1,6 @@
 """adcs run and plot: every option changes what it says, the terminal and run.json tell the truth."""
 
+import dataclasses
 import json
 import re
 import subprocess
@@ -11,7 +12,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from cosim import papers
+from cosim.masters.explicit import Explicit
 from cosim.result import Result
+from cosim.simulate import simulate
 
 from . import own_files
 
@@ -166,8 +170,9 @@ class TestClaims:
     def test_the_papers_own_run_is_judged(self, adcs):
         done = adcs("run", "zhang2018-ppatc", "--out", "out")
         assert done.out.count("│ reproduced│") == 2
-        assert "3 claims of zhang2018 compare experiments: adcs reproduce zhang2018" in done.out
-        assert "settling time (s)                  5.1" in done.out
+        assert "3 more claims of zhang2018, of several experiments: adcs reproduce zhang2018" in done.out
+        assert re.search(r"settling threshold \(deg\) +0\.005 *\n", done.out)
+        assert re.search(r"settling time \(s\) +27\.5", done.out)
 
     def test_a_short_run_says_what_is_missing(self, run):
         done, _ = run()
@@ -212,24 +217,105 @@ def test_reproduce_ends_at_ctrl_c_with_what_there_is(adcs, folder, monkeypatch):
     done = adcs("reproduce", "zhang2018", "--out", "all")
     assert done.status == 1
     assert "claims of zhang2018 not judged: needs " in done.out
-    rows = json.loads((folder / "all" / "zhang2018" / "claims.json").read_text())
+    rows = json.loads((folder / "all" / "claims.json").read_text())
     assert {row["verdict"] for row in rows} == {"not judged"}
     assert Result.read("all/zhang2018/zhang2018-ppatc").info["status"] == "interrupted"
+    assert "| zhang2018-ppatc | 0.005 |" in (folder / "all" / "report.md").read_text()
     assert not (folder / "all" / "zhang2018" / "zhang2018-atc").exists()
 
 
-@pytest.mark.slow
-def test_reproduce(adcs, folder):
-    """The column 'what holds' of the equations file, from the claims' own criteria."""
+def test_a_failure_ends_reproduce_and_the_report_has_what_was_flown(adcs, folder, monkeypatch):
+    from cosim.papers.zhang2018 import system
+
+    flights = [system.ppatc, system.atc]
+
+    def other(make, gain, **changes):
+        def made():
+            flown, experiment = make()
+            flown = dataclasses.replace(flown, parameters=flown.parameters | {"controller.K": [gain] * 3})
+            return flown, dataclasses.replace(experiment, **changes)
+
+        return made
+
+    made = {
+        "zhang2018-ppatc": other(flights[0], 0.5, stop_time=0.1),
+        "zhang2018-atc": other(flights[1], 1e3, communication_step_size=0.5),  # gain times step is far above 2
+        "zhang2018-atc-half": other(flights[1], 0.5),  # never begun
+    }
+    monkeypatch.setattr("cosim.papers.zhang2018.systems", lambda: made)
     done = adcs("reproduce", "zhang2018", "--out", "all")
+    assert done.status == 1
+    assert "StepFailed" in done.err
+    text = (folder / "all" / "report.md").read_text()
+    assert "| zhang2018-ppatc | 0.005 |" in text and "| failed |" in text
+    assert Result.read("all/zhang2018/zhang2018-atc").info["status"] == "failed"
+    assert not (folder / "all" / "zhang2018" / "zhang2018-atc-half").exists()
+
+
+HOLDS = {  # the column 'what holds' of the papers' equations, by the claims' own criteria
+    "zhang2018": "reproduced reproduced partly not not reproduced partly partly",
+    "xiao2011": "partly not partly reproduced not reproduced reproduced reproduced partly",
+    "ye2016": "partly partly partly reproduced partly",
+    "li2014": "reproduced reproduced partly not partly",
+    "geng2012": "partly partly reproduced not not reproduced partly",
+}
+FIGURES = {"zhang2018": 6, "xiao2011": 10, "ye2016": 7, "li2014": 6, "geng2012": 7}
+
+
+@pytest.mark.slow
+def test_reproduce_all_papers(adcs, folder):
+    done = adcs("reproduce", "--out", "all")
     assert done.status == 0
-    place = folder / "all" / "zhang2018"
-    verdicts = [row["verdict"] for row in json.loads((place / "claims.json").read_text())]
-    assert verdicts == [
-        "reproduced", "reproduced", "partly", "not reproduced", "not reproduced", "reproduced", "partly", "partly",
-    ]  # fmt: skip
-    assert (place / "claims.md").read_text().count("\n") == 2 + len(verdicts)
-    assert len(list(place.glob("fig*.png"))) == 6
-    assert Result.read(place / "zhang2018-atc-half").info["status"] == "finished"
+    rows = json.loads((folder / "all" / "claims.json").read_text())
+    verdicts = {paper: [row["verdict"] for row in rows if row["paper"] == paper] for paper in HOLDS}
+    assert verdicts == {
+        paper: [{"not": "not reproduced"}.get(word, word) for word in words.split()] for paper, words in HOLDS.items()
+    }
+    report = (folder / "all" / "report.md").read_text()
+    for row in rows:
+        assert row["measured"].replace("|", "\\|") in report and row["claim"] in report
+    known = json.loads((folder / "all" / "metrics.json").read_text())
+    assert list(known) == [name for key in HOLDS for name in papers.PAPERS[key].systems()]
+    for name, metrics in known.items():
+        assert Result.read(folder / "all" / name.partition("-")[0] / name).info["metrics"] == metrics
+        assert f"| {name} | " in report
+        assert {"settling time (s)", "APE max (deg)", "APE 99.7 % (deg)", "RPE max (deg)"} <= set(metrics)
+        assert ("momentum drift (N.m.s)" in metrics) == (not name.startswith("li2014"))
+    for paper, count in FIGURES.items():
+        drawn = sorted(path.name for path in (folder / "all" / paper).glob("*.png"))
+        assert len(drawn) == count, drawn
+        assert all(f"({paper}/{name})" in report for name in drawn)
+    assert "plant.cage_contact at 41.1 s" in report and "plant.cage_contact" in done.out
     again = adcs("reproduce", "zhang2018", "--out", "all")
     assert (again.status, "already holds a result" in again.err) == (2, True)
+
+
+def test_a_run_that_its_event_ends(adcs, folder):
+    """li2014's printed start with limits: a result, not an error; the same rows in the kernel and in Python."""
+    done = adcs("run", "li2014-printed-start-with-limits", "--out", "cage")
+    assert done.status == 0
+    assert "ended by plant.cage_contact at 41.1 s: 1 once the test mass has reached its cage" in done.out
+    result = Result.read("cage")
+    event = {
+        "time": 41.1,
+        "variable": "plant.cage_contact",
+        "meaning": "1 once the test mass has reached its cage, else 0",
+    }
+    assert (result.info["status"], result.info["event"], result.time[-1]) == ("finished", event, 41.1)
+    assert np.abs(result["plant.r_rel"][-1]).max() >= 4e-3 > np.abs(result["plant.r_rel"][-3]).max()
+    flown, experiment = papers.scenario("li2014-printed-start-with-limits")
+    looped = simulate(flown, dataclasses.replace(experiment, master=Explicit(kernel="never")))
+    assert looped.table.equals(result.table)
+
+
+@pytest.mark.parametrize(("text", "degrees"), [("0.5", 0.5), ("0.01 deg", 0.01), ("1e-3 rad", np.degrees(1e-3))])
+def test_threshold_of_the_settling_time(run, text, degrees):
+    _, result = run("--settled", text)
+    assert result.info["metrics"]["settling threshold (deg)"] == pytest.approx(degrees)
+
+
+@pytest.mark.parametrize("text", ["0", "-1 deg", "1 m", "deg", "nan"])
+def test_a_threshold_that_is_no_angle(adcs, text):
+    done = adcs("run", "zhang2018-ppatc", "--settled", text)
+    assert done.status == 2
+    assert f"parameter --settled: '{text}' is no positive angle. Write it as 0.005 deg or 1e-4 rad" in done.err

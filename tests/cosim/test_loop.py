@@ -175,6 +175,42 @@ class TestRows:
         assert once() == once()
 
 
+class TestStopWhen:
+    """The clock's output is a flag that goes up after 0.5 s: above it at the point 0.6 s."""
+
+    def test_the_run_ends_where_the_flag_is_up(self):
+        result = run([Clock("c")], [], stop=2.0, stop_when="c.y")
+        assert result.time[-1] == 0.6
+        assert (result.info["status"], result.info["reached_time"]) == ("finished", 0.6)
+        assert (result.info["event"]["time"], result.info["event"]["variable"]) == (0.6, "c.y")
+
+    def test_its_row_is_recorded_whatever_every_says(self):
+        assert_array_equal(run([Clock("c")], [], stop=2.0, every=4, stop_when="c.y").time, [0.0, 0.4, 0.6])
+
+    def test_a_flag_that_is_up_at_the_start_ends_the_run_there(self):
+        result = run([Clock("c")], [], start_time=5.0, stop=6.0, stop_when="c.y")
+        assert_array_equal(result.time, [5.0])
+        assert result.info["event"]["time"] == 5.0
+
+    def test_a_flag_that_stays_down_is_no_event(self):
+        result = run([Clock("c")], [], stop=0.5, stop_when="c.y")
+        assert (result.info["status"], "event" in result.info) == ("finished", False)
+
+    def test_an_interrupted_run_is_no_event(self):
+        class Pressed(Clock):
+            def advance(self, t, h, v, slopes):
+                super().advance(t, h, v, slopes)
+                if t > 0.25:
+                    raise KeyboardInterrupt
+
+        result = run([Pressed("c")], [], stop=2.0, stop_when="c.y")
+        assert (result.info["status"], "event" in result.info) == ("interrupted", False)
+
+    def test_an_unknown_flag(self):
+        with pytest.raises(UnknownName, match=r'unknown output "c.z" in stop_when. Did you mean "c.y"'):
+            run([Clock("c")], [], stop_when="c.z")
+
+
 class TestRefresh:
     """c -> gain at_point: the gain's output at t_k+1 shows t_k+1 only if it can be evaluated again."""
 

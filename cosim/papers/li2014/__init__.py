@@ -7,6 +7,8 @@ from cosim.papers.li2014.claims import CLAIMS
 from cosim.papers.li2014.figures import figures
 from cosim.papers.li2014.system import systems
 
-__all__ = ["CLAIMS", "TITLE", "figures", "systems"]
+__all__ = ["CLAIMS", "SETTLED", "TITLE", "figures", "systems"]
 
 TITLE = "Li, Fan: Design of adaptive neural network controllers for LEO drag-free satellite (2014)"
+
+SETTLED = 0.001  # deg, a hundredth of its initial angles and less

@@ -46,7 +46,7 @@ SAMPLE = 0.1  # s
 FEEDFORWARD = [7.8e-3, 0.0, 0.0]  # N, against the drag at the start, LVLH
 
 STOP_TIME, SPECTRUM_TIME = 200.0, 2000.0  # s
-CAGE_TIME = 60.0  # s, the test mass is at its cage before
+CAGE_TIME = 60.0  # s, the test mass is at its cage before, which ends the run
 
 
 def nn() -> tuple[System, Experiment]:
@@ -191,6 +191,7 @@ def _flight(
         stop_time=SPECTRUM_TIME if gusts else CAGE_TIME if limits else STOP_TIME,
         communication_step_size=step,
         every=1 if limits else 10,
+        stop_when="plant.cage_contact" if limits else "",
         master=Explicit(),
     )
     return system, experiment

@@ -7,6 +7,8 @@ from cosim.papers.ye2016.claims import CLAIMS
 from cosim.papers.ye2016.figures import figures
 from cosim.papers.ye2016.system import systems
 
-__all__ = ["CLAIMS", "TITLE", "figures", "systems"]
+__all__ = ["CLAIMS", "SETTLED", "TITLE", "figures", "systems"]
 
 TITLE = "Ye, Sun, Liu: An adaptive control algorithm for hybrid actuator with installation deviation (2016)"
+
+SETTLED = 0.17  # deg, the 0.003 rad that the paper claims

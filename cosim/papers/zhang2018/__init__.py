@@ -7,6 +7,8 @@ from cosim.papers.zhang2018.claims import CLAIMS
 from cosim.papers.zhang2018.figures import figures
 from cosim.papers.zhang2018.system import systems
 
-__all__ = ["CLAIMS", "TITLE", "figures", "systems"]
+__all__ = ["CLAIMS", "SETTLED", "TITLE", "figures", "systems"]
 
 TITLE = "Zhang, Sun, Ma, Li: Prescribed performance adaptive attitude tracking control for flexible spacecraft (2018)"
+
+SETTLED = 0.005  # deg, the steady state that the paper claims
