@@ -93,6 +93,39 @@ def look(index: int) -> dict[str, Any]:
     return {"color": COLOURS[index % len(COLOURS)], "linestyle": LINES[index % len(LINES)]}
 
 
+def thin(look: Mapping[str, Any], width: float, **changes: Any) -> dict[str, Any]:
+    """Return a look with another line width, in points, and what else is to change."""
+    return {**look, "linewidth": width, **changes}
+
+
+def asked_and_given(
+    ax: Axes,
+    time: Array,
+    asked: Array,
+    given: Array,
+    limits: Sequence[float] = (),
+    index: int = 0,
+    given_label: str = "",
+) -> None:
+    """Draw a raw command thinly, over it what was given, and the limits; given_label: "given" unless it is said."""
+    ax.plot(time, asked, label="asked", color="#000000", linewidth=0.8, alpha=0.6, zorder=2)
+    ax.plot(time, given, label=given_label or "given", linewidth=1.2, **look(index))
+    for value in limits:
+        ax.axhline(value, color=GREY, linewidth=1, linestyle=LINES[3], label="limit")
+    ax.margins(x=0.01)
+
+
+def beyond_linear(ax: Axes, threshold: float, largest: float) -> None:
+    """Make an axis linear within +-2 thresholds and logarithmic beyond, to the power of ten above the largest value."""
+    top = max(2, int(np.ceil(np.log10(max(largest, 10 * threshold) / threshold))))
+    edge = 10.0 ** np.ceil(np.log10(threshold * 10.0**top))
+    marks = [threshold, *(edge / 100**k for k in range(top) if edge / 100**k > 5 * threshold)]
+    ax.set_yscale("symlog", linthresh=2 * threshold, linscale=1.5)
+    ax.set_ylim(-edge, edge)
+    ax.set_yticks([side * v for side in (-1, 1) for v in marks], [f"{side * v:g}" for side in (-1, 1) for v in marks])
+    ax.minorticks_off()
+
+
 def legend(figure: Figure, columns: int = 4) -> None:
     """Put one legend under the panels, each label once."""
     entries: dict[str, Any] = {}
@@ -260,8 +293,11 @@ def _torque(results: Mapping[str, Result]) -> Figure | None:
 
 
 def _command(axes: Sequence[Axes], result: Result, name: str, exponents: Sequence[int], index: int) -> None:
-    """Draw the raw command thinly where the hub gets another; the axis follows it to three times what the hub gets."""
-    command, given = series(result, "controller.tau_command_B"), series(result, "plant.tau_B")
+    """Draw the raw command thinly where the hub gets another; the axis follows it to three times what the hub gets.
+
+    A controller that limits its command itself shows `u`, the one before.
+    """
+    command, given = first(result, "controller.u", "controller.tau_command_B"), series(result, "plant.tau_B")
     if command is None or given is None or command.shape != given.shape or np.array_equal(command, given):
         return
     for i, (ax, exponent) in enumerate(zip(axes, exponents, strict=True)):

@@ -5,7 +5,7 @@ import json
 import tempfile
 import time
 from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -93,7 +93,9 @@ def simulate(
             event = None if flight.interrupted else runinfo.event(wiring, experiment.stop_when, reached)
             result.info = info | runinfo.ending(schedule, reached, failure, event) | {"rows": len(result)}
             if metrics is not None:
-                result.info["metrics"] = dict(metrics(result))
+                # of a run that failed too; what ended it must not be hidden by what is made of its rows
+                with suppress(Exception) if failure is not None else nullcontext():
+                    result.info["metrics"] = dict(metrics(result))
             result.info["wall_time"] = {"total": time.perf_counter() - began, "loop": flight.wall_time}
             _write_info(folder, result.info)
     if failure is not None:

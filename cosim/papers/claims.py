@@ -34,8 +34,8 @@ Measure = Callable[[Mapping[str, Result]], Measured]
 class Claim:
     """One sentence of a paper, the number it gives, the experiments it takes and the criterion that decides it.
 
-    `runs` are experiments by name; every one has to reach `until` (s) or the event that ends it. `criterion` says what
-    `measure` tests, in words.
+    `runs` are experiments by name; every one has to reach `until` (s; of each run, where they differ) or the event that
+    ends it. `criterion` says what `measure` tests, in words.
     """
 
     paper: str
@@ -43,7 +43,7 @@ class Claim:
     paper_number: str
     criterion: str
     runs: Sequence[str]
-    until: float
+    until: float | Mapping[str, float]
     measure: Measure
 
     def judge(self, runs: Mapping[str, Result]) -> "Verdict":
@@ -66,9 +66,10 @@ class Claim:
             time = runs[name].time
             if runs[name].info.get("event"):
                 continue  # it ended where it was to end
-            if not len(time) or time[-1] < self.until - 1e-9:
+            until = self.until[name] if isinstance(self.until, Mapping) else self.until
+            if not len(time) or time[-1] < until - 1e-9:
                 end = f"{time[-1]:g} s" if len(time) else "no row"
-                return f"needs {self.until:g} s of {name}, it has {end}"
+                return f"needs {until:g} s of {name}, it has {end}"
         return ""
 
     def _verdict(self, measured: str, verdict: Outcome, holds: Mapping[str, bool] | None = None) -> "Verdict":

@@ -137,8 +137,8 @@ def test_registry():
 COMPENSATED, UNCOMPENSATED, LINEAR = system.COMPENSATED, system.UNCOMPENSATED, system.LINEAR
 CASES = {  # start of the claim -> runs that fulfil it, runs that do not
     "without": (
-        {UNCOMPENSATED: dict(settles=45.0, rate=0.05), system.WEAK: dict(settles=49.0)},
-        {UNCOMPENSATED: dict(settles=55.0, rate=0.2), system.WEAK: dict(settles=70.0)},
+        {UNCOMPENSATED: dict(settles=45.0, rate=0.05), system.WEAK: dict(settles=49.0), system.STRONG: {}},
+        {UNCOMPENSATED: dict(settles=55.0, rate=0.2), system.WEAK: dict(settles=70.0), system.STRONG: {}},
     ),
     "with compensation 0.1": (
         {COMPENSATED: dict(settles=38.0), system.PRINTED_GAMMA: dict(settles=39.0)},
@@ -192,19 +192,24 @@ def test_a_run_that_ended_early_is_not_judged():
 
 def test_figures_are_those_of_the_paper():
     drawn = geng2012.figures({name: synthetic(settles=30 + 5 * i) for i, name in enumerate(NAMES)})
-    numbered = {"fig04_06_attitude_error", "fig04_06_rates", "fig05_09_modal_coordinates", "fig07_singularity"}
-    assert set(drawn) == numbered | {"fig08_estimate", "torque", "all_experiments"}
+    numbered = {"fig04_fig06_attitude_error", "fig04_fig06_rates", "fig05_fig09_modal_coordinates"}
+    further = {"fig07_singularity_and_gimbals", "fig08_estimate", "torque", "all_experiments"}
+    assert set(drawn) == numbered | further
     for name, figure in drawn.items():
         assert figure.legends, name
         assert all(ax.lines and ax.get_xlim()[1] > 0 for ax in figure.axes), name
         assert all("(" in ax.get_ylabel() for ax in figure.axes if ax.get_ylabel()), name
-    overlaid = [text.get_text() for text in drawn["fig04_06_attitude_error"].legends[0].texts]
-    assert overlaid == ["with compensation", "without", "linear law", "0.1 deg"]
+    overlaid = [text.get_text() for text in drawn["fig04_fig06_attitude_error"].legends[0].texts]
+    assert overlaid == ["with compensation", r"without, $\rho_0$ = 0.15 N m", "linear law", "0.1 deg"]
+    gyros = [text.get_text() for text in drawn["fig07_singularity_and_gimbals"].legends[0].texts]
+    assert gyros[:3] == overlaid[:3] and gyros[-3:] == ["singular below 0.01", "rate limit", "dead zone"]
+    torque = [text.get_text() for text in drawn["torque"].legends[0].texts]
+    assert torque == ["asked", "on the hub", "by the wheels", "limit, plane", "limit, wheels"]
     assert len(drawn["all_experiments"].axes[0].lines) == len(NAMES) + 1
 
 
 def test_figures_of_one_short_run(tmp_path):
     drawn = papers.figures(COMPENSATED, synthetic(time=T[T <= 10]))
-    assert {"attitude_error", "fig04_06_attitude_error", "fig07_singularity"} <= set(drawn)
+    assert {"attitude_error", "fig04_fig06_attitude_error", "fig07_singularity_and_gimbals"} <= set(drawn)
     assert all(file.is_file() for file in plots.save(drawn, tmp_path))
     assert set(geng2012.figures({system.PRINTED_GAIN: synthetic()})) == {"all_experiments"}

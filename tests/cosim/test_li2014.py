@@ -72,8 +72,8 @@ def test_initial_states_are_those_of_the_equations():
     np.testing.assert_allclose(inertial["plant.q_TS"], q, atol=1e-15)
 
 
-def made(stop=200.0, step=0.1, residual=None, **variables) -> Result:
-    """A run that is quiet except for what is given."""
+def made(stop=200.0, step=0.1, residual=None, caught=None, **variables) -> Result:
+    """A run that is quiet except for what is given; caught: when the test mass reaches its cage, s."""
     t = np.arange(0, stop + step / 2, step)
     rows = {
         "plant.r_rel": np.zeros((len(t), 3)),
@@ -82,10 +82,14 @@ def made(stop=200.0, step=0.1, residual=None, **variables) -> Result:
         "guidance.q_RN": np.tile([1.0, 0, 0, 0], (len(t), 1)),
         "plant.residual_acceleration_S": np.zeros((len(t), 3)) if residual is None else residual(t),
         "environment.f_dist_B": np.zeros((len(t), 3)),
+        "plant.f_dist_S": np.zeros((len(t), 3)),
+        "plant.f_command_S": np.zeros((len(t), 3)),
         "controller.f_command_S": np.full((len(t), 3), 2.1),
     }
-    rows |= {name.replace("__", "."): value * np.ones((len(t), 3)) for name, value in variables.items()}
-    columns = {"time": t, "plant.cage_contact": 0 * t, "plant.contact_time": t}
+    rows |= {name.replace("__", "."): np.ones((len(t), 1)) * np.ravel(value) for name, value in variables.items()}
+    rows |= {name: np.tile(v, (1, 3)) for name, v in rows.items() if v.shape[1] == 1}
+    free = np.inf if caught is None else caught
+    columns = {"time": t, "plant.cage_contact": (t >= free).astype(float), "plant.contact_time": np.minimum(t, free)}
     columns |= {f"{n}[{i + 1}]": v[:, i] for n, v in rows.items() for i in range(v.shape[1])}
     return Result(pa.table(columns), {})
 
@@ -97,9 +101,15 @@ def test_density_of_white_noise():
     assert np.sqrt((values[(f > 0.1) & (f < 2)] ** 2).mean()) == pytest.approx(3e-14, rel=0.03)
 
 
-def noisy(level, seed=1):
+def noisy(level, satellite=1e-9, seed=1):
+    """White noise of the test mass and of the satellite, deviations in m/s2; 0.63 of it a sqrt(Hz)."""
     rng = np.random.default_rng(seed)
-    return made(2000.0, 0.2, lambda t: level * rng.normal(size=(len(t), 3)))
+    run = made(2000.0, 0.2, lambda t: level * rng.normal(size=(len(t), 3)))
+    names = [f"plant.f_command_S[{i}]" for i in (1, 2, 3)]
+    for name in names:
+        force = pa.array(system.M_SC * satellite * rng.normal(size=len(run)))
+        run = Result(run.table.set_column(run.table.column_names.index(name), name, force), {})
+    return run
 
 
 def verdicts(**changes):
@@ -110,25 +120,60 @@ def verdicts(**changes):
     return [v.verdict for v in judge(li2014.CLAIMS, runs)]
 
 
-def test_verdicts_follow_from_the_runs():
-    assert verdicts()[:3] == ["reproduced"] * 3
-    assert verdicts()[3:] == ["partly", "reproduced"]  # the command is too large, yet the test mass stays free
-    assert verdicts(NN=made(plant__r_rel=2e-6))[0] == "not reproduced"
-    assert verdicts(NO_NN=made(plant__r_rel=2e-9))[2] == "partly"
-    assert verdicts(NO_NN_SPECTRUM=noisy(1e-15), NO_NN=made(plant__r_rel=1e-9))[2] == "not reproduced"
-    assert verdicts(NN=made(controller__f_command_S=0.01))[3] == "reproduced"
-    assert verdicts(ACTUATORS=noisy(1e-12))[4] == "partly"
+def turned(angle):
+    """Quaternions of a small turn about x, a row of them."""
+    return np.array([np.cos(angle / 2), np.sin(angle / 2), 0.0, 0.0])
+
+
+CASES = {  # claim -> what makes it come out reproduced, partly (where it has parts), not reproduced
+    0: ({}, None, dict(NN=made(plant__r_rel=2e-6))),
+    1: (
+        {},
+        dict(NN=made(plant__q_SN=turned(2e-6))),
+        dict(NN=made(plant__q_SN=turned(2e-6), plant__q_TS=turned(2e-6))),
+    ),
+    2: ({}, dict(NO_NN=made(plant__r_rel=2e-9)), dict(NO_NN_SPECTRUM=noisy(1e-15), NO_NN=made(plant__r_rel=1e-9))),
+    3: (
+        dict(NN=made(controller__f_command_S=0.01)),
+        {},  # the command is too large, yet the test mass stays free
+        dict(PRINTED_START=made(caught=41.0)),
+    ),
+    4: (
+        {},
+        dict(ACTUATORS=noisy(1e-12)),
+        dict(ACTUATORS=noisy(1e-12, 1e-6), NN_SPECTRUM=noisy(1e-12, 1e-6)),
+    ),
+}
+
+
+@pytest.mark.parametrize("number", CASES)
+def test_each_claim_can_come_out_each_way(number):
+    good, half, bad = CASES[number]
+    assert verdicts(**good)[number] == "reproduced"
+    assert half is None or verdicts(**half)[number] == "partly"
+    assert verdicts(**bad)[number] == "not reproduced"
+
+
+def test_every_claim_has_a_case():
+    assert len(CASES) == len(li2014.CLAIMS)
+
+
+def test_a_short_run_is_not_judged():
     assert verdicts(NN=made(100.0))[0] == "not judged"
+
+
+def test_the_requirement_of_lisa_pathfinder_rises_with_the_square_of_the_frequency():
+    """ESA: 3e-14 m/s2/sqrt(Hz), rising with frequency squared above 3 mHz: twice that at 3 mHz, 101 times at 30 mHz."""
+    np.testing.assert_allclose(spectrum.lisa_pathfinder(np.array([0.0, 3e-3, 30e-3])), [3e-14, 6e-14, 101 * 3e-14])
+    f = np.array([0.0, 5e-3, 30e-3, 0.1])
+    values = np.outer([1.0, 3e-14, 101 * 6e-14, 1.0], [1.0, 0, 0])
+    assert spectrum.above_lisa_pathfinder((f, values)) == pytest.approx(2.0)  # inside its band only
 
 
 def test_metrics_of_a_drag_free_satellite():
     found = metrics.attitude(made())
     assert found["APE max (deg)"] == 0 and found["test mass at its cage (s)"] is None
-    run = made()
-    columns = {n: run.table[n] for n in run.table.column_names}
-    columns["plant.cage_contact"] = pa.array((run.time >= 41.0).astype(float))
-    columns["plant.contact_time"] = pa.array(np.minimum(run.time, 41.0))
-    caught = Result(pa.table(columns), {})
+    run, caught = made(), made(caught=41.0)
     assert metrics.attitude(caught)["test mass at its cage (s)"] == 41.0
     assert spectrum.contact(caught) == 41.0 and spectrum.contact(run) is None
     json.dumps(metrics.attitude(caught))

@@ -181,6 +181,11 @@ class TestRunJson:
         assert "wheel came off" in info["why"]
         assert len(Result.read(tmp_path)) == len(caught.value.result) == 4
 
+    def test_a_failed_run_has_the_metrics_of_its_rows(self, tmp_path):
+        with pytest.raises(StepFailed):
+            fly([Failing("w", 0.3, "fmi2Error")], held={"w.u": 1.0}, out=tmp_path, metrics=lambda r: {"rows": len(r)})
+        assert json.loads((tmp_path / "run.json").read_text())["metrics"] == {"rows": 4}
+
 
 class TestInterrupts:
     def test_ctrl_c_ends_between_two_steps(self, tmp_path):

@@ -146,7 +146,9 @@ def synthetic(angle=0.1, rate=1e-3, squared=0.1, momentum=0.01) -> Result:
         controller__Theta_w=wheels,
         controller__gimbal_rate_command=1e-2 * np.sin(T)[:, None] * np.ones(4),
         controller__wheel_acceleration_command=1e-5 * np.cos(T)[:, None] * np.ones(3),
+        controller__tau_wanted_B=2e-2 * ones,
         actuators__gimbal_angle=np.sin(T)[:, None] * np.ones(4),
+        actuators__wheel_speed=np.array([100.0, -80.0, 60.0]) * ones,
         actuators__singularity=1 + 0.1 * np.cos(T),
     )
 
@@ -217,10 +219,13 @@ def test_figures_are_those_of_the_paper(tmp_path):
         "fig03_fig05_rate_error",
         "fig08-09_momentum_estimate",
         "fig10-11_squared_norms",
+        "wanted_torque",
     ]
     assert all(figure.legends for figure in drawn.values())
     texts = [text.get_text() for text in drawn["fig02_fig04_attitude_error"].legends[0].texts]
-    assert len(texts) == 6
+    assert len(texts) == 8 and {"0.3 rad", "0.003 rad"} < set(texts)
+    missing = drawn["wanted_torque"].axes[3].lines[0].get_ydata()
+    np.testing.assert_allclose(missing, 1e-2 * np.sqrt(3))
     assert all(file.is_file() for file in plots.save(drawn, tmp_path))
 
 

@@ -20,7 +20,8 @@ from cosim.system import Connection, Experiment, System, Value
 
 COMPENSATED, UNCOMPENSATED, LINEAR = "geng2012-compensated", "geng2012-uncompensated", "geng2012-linear"
 PRINTED_GAIN, Z_WHEEL_ONLY = "geng2012-printed-gain", "geng2012-z-wheel-only"
-PRINTED_GAMMA, WEAK = "geng2012-printed-gamma", "geng2012-uncompensated-weak"
+PRINTED_GAMMA = "geng2012-printed-gamma"
+WEAK, STRONG = "geng2012-uncompensated-weak", "geng2012-uncompensated-strong"
 
 J = np.array([[70.0, 3.0, 4.0], [3.0, 60.0, 5.0], [4.0, 5.0, 90.0]])  # kg m2, nominal
 MISMATCH = 1.2  # true J over nominal J
@@ -43,7 +44,7 @@ DEAD_ZONE = 0.02  # deg/s
 WHEEL_INERTIA = 0.02  # kg m2
 
 # Law
-RHO_0, WEAK_RHO_0 = 0.15, 0.02  # N m
+RHO_0, WEAK_RHO_0, STRONG_RHO_0 = 0.15, 0.02, 0.5  # N m
 GAMMA, GAMMA_PRINTED = 1.0, 0.01  # 1/s
 EPSILON, WIDTH = 1e-3, 1.0
 
@@ -85,6 +86,11 @@ def weak() -> tuple[System, Experiment]:
     return _flight(WEAK, rho_0=WEAK_RHO_0)
 
 
+def strong() -> tuple[System, Experiment]:
+    """Constant gain of 0.5 N m."""
+    return _flight(STRONG, rho_0=STRONG_RHO_0)
+
+
 def systems() -> dict[str, Callable[[], tuple[System, Experiment]]]:
     """Return the experiments by name."""
     return {
@@ -95,6 +101,7 @@ def systems() -> dict[str, Callable[[], tuple[System, Experiment]]]:
         Z_WHEEL_ONLY: z_wheel_only,
         PRINTED_GAMMA: printed_gamma,
         WEAK: weak,
+        STRONG: strong,
     }
 
 

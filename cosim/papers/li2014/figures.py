@@ -5,15 +5,16 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from cosim import plots
-from cosim.metrics import series
+from cosim.papers.li2014.claims import ACCURACY
+from cosim.papers.li2014.hardware import hardware
 from cosim.papers.li2014.spectrum import (
     GOCE_BAND,
     GOCE_REQUIREMENT,
     LISA_BAND,
-    LISA_PATHFINDER,
     SEGMENT,
     SETTLED,
     TAIL,
@@ -21,9 +22,11 @@ from cosim.papers.li2014.spectrum import (
     attitude,
     contact,
     drag_density,
+    lisa_pathfinder,
     relative_attitude,
     relative_position,
     residual_density,
+    satellite_density,
 )
 from cosim.papers.li2014.system import (
     ACTUATORS,
@@ -47,12 +50,12 @@ SHORT = {
 }
 SPECTRA = {NN_SPECTRUM: "network", NO_NN_SPECTRUM: "no network", ACTUATORS: "network, limits and noise"}
 LOOKS: dict[str, dict[str, Any]] = {name: plots.look(i) for i, name in enumerate(SHORT.values())}
-TRANSIENT = 15.0  # s
+TRANSIENT, NEAR = 15.0, 20.0  # s
 ANGLES = ("roll", "pitch", "yaw")
 
 
 def figures(results: Mapping[str, Result]) -> dict[str, Figure]:
-    """Return the paper's figures 1-3, limits and spectral density, as far as `results` has the runs."""
+    """Return the paper's figures 1-3, commands, limits and spectral density, as far as `results` has the runs."""
     flown = {name: run for name, run in results.items() if len(run) > 1}
     runs = {SHORT[name]: flown[name] for name in SHORT if name in flown}
     drawn: dict[str, Figure] = {}
@@ -67,6 +70,8 @@ def figures(results: Mapping[str, Result]) -> dict[str, Figure]:
             drawn["commands"] = _commands(runs)
         if PRINTED_START in flown:
             drawn["printed_start_with_limits"] = _limits(flown[PRINTED_START])
+        if ACTUATORS in flown:
+            drawn["actuators"] = _actuators(flown[ACTUATORS])
         spectra = {SPECTRA[name]: flown[name] for name in SPECTRA if name in flown}
         if any(run.time[-1] > SETTLED + SEGMENT for run in spectra.values()):
             drawn["residual_acceleration"] = _density(spectra)
@@ -96,79 +101,143 @@ def _errors(
         row[0].set_ylabel(plots.label(f"${symbol}$, {axis}", unit, exponent))
         row[0].set_xlim(0, min(TRANSIENT, end))
         if columns == 2:
+            row[1].axhline(ACCURACY, color=plots.GREY, linewidth=1, label=f"1e-6 {unit}")
             row[1].set_xlim(0, end)
             row[1].set_ylim(1e-14, 1e-1)
-            row[1].set_ylabel(f"size ({unit})")
+            row[1].set_ylabel(f"$|{symbol}|$, {axis} ({unit})")
     if columns == 2:
         grid[0][0].set_title("transient")
-        grid[0][1].set_title("size, logarithmic")
+        grid[0][1].set_title("absolute value, logarithmic")
     figure.align_ylabels([row[0] for row in grid])
     plots.legend(figure)
     return figure
 
 
 def _commands(runs: Mapping[str, Result]) -> Figure:
-    """Draw the size of the commands of the three loops."""
-    names = ("f_command_S", "tau_command_S", "tau_command_T")
-    texts = ("force (N)", "satellite torque (N m)", "test mass torque (N m)")
-    limits = (20e-3, 1e-3, 2e-8)
-    figure, grid = plots.panels(3, 1, "Commands of the three loops, and what the named thrusters can do", height=2.0)
-    for row, name, text, limit in zip(grid, names, texts, limits, strict=True):
+    """Draw the size of the commands of the three loops beside what the named hardware can do."""
+    numbers = {name: np.asarray(value.value) for name, value in hardware().items()}
+    force = np.max(np.abs([numbers["actuators.force_lower"], numbers["actuators.force_upper"]]), axis=0)
+    rows: tuple[tuple[str, list[int], str, float], ...] = (
+        ("f_command_S", [0], "force, x (N)", force[0]),
+        ("f_command_S", [1, 2], "force, y or z (N)", force[1]),
+        ("tau_command_S", [0, 1, 2], "satellite torque (N m)", numbers["actuators.torque_limit"][0]),
+        ("tau_command_T", [0, 1, 2], "test mass torque (N m)", numbers["suspension.torque_limit"][0]),
+    )
+    figure, grid = plots.panels(4, 1, "Size of the commands of the three loops, and what the hardware can do")
+    for (ax,), (name, axes, text, limit) in zip(grid, rows, strict=True):
         for label, run in runs.items():
-            size = np.abs(run[f"controller.{name}"]).max(axis=1)
-            row[0].semilogy(run.time, np.where(size > 0, size, np.nan), label=label, **LOOKS[label])
-        row[0].axhline(limit, color=plots.GREY, linewidth=1, label="limit of the hardware")
-        row[0].set_ylabel(text)
-        row[0].set_xlim(0, min(60.0, max(run.time[-1] for run in runs.values())))
+            size = np.abs(run[f"controller.{name}"][:, axes]).max(axis=1)
+            ax.semilogy(run.time, np.where(size > 0, size, np.nan), label=label, **LOOKS[label])
+        ax.axhline(limit, color=plots.GREY, linewidth=1, label="limit of the hardware")
+        ax.set_ylabel(text)
+        ax.set_xlim(0, min(60.0, max(run.time[-1] for run in runs.values())))
     figure.align_ylabels([row[0] for row in grid])
     plots.legend(figure, columns=3)
     return figure
 
 
+def _bounds(run: Result, name: str, axis: int) -> list[float]:
+    """Return a parameter of the hardware as it was flown, of one axis; [] if the run does not tell."""
+    parameters: Mapping[str, Any] = run.info.get("parameters") or {}
+    found = parameters.get(f"{name}[{axis + 1}]")
+    return [] if found is None else [float(found["value"])]
+
+
+def _force(ax: Axes, run: Result, axis: int) -> None:
+    """Draw a force asked and given, mN, with the thrusters' limits."""
+    bounds = [1e3 * v for end in ("lower", "upper") for v in _bounds(run, f"actuators.force_{end}", axis)]
+    asked, given = 1e3 * run["controller.f_command_S"][:, axis], 1e3 * run["actuators.f_S"][:, axis]
+    plots.asked_and_given(ax, run.time, asked, given, bounds)
+    ax.set_ylabel(f"force, {'xyz'[axis]} (mN)")
+
+
 def _limits(run: Result) -> Figure:
     """Draw the flight from the printed start with limits, up to the cage."""
-    figure, grid = plots.panels(3, 1, "Printed start with the limits of the actuators", height=2.0)
+    figure, grid = plots.panels(5, 1, "Printed start with the limits of the actuators")
+    position, *forces, angle = (row[0] for row in grid)
     caught = contact(run)
-    last = run.time[-1] if caught is None else 1.4 * caught
     for i, axis in enumerate("xyz"):
-        grid[0][0].plot(run.time, 1e3 * run["plant.r_rel"][:, i], label=axis, **plots.look(i))
-        grid[1][0].plot(run.time, 1e3 * run["actuators.f_S"][:, i], label=axis, **plots.look(i))
-        command = np.abs(run["controller.f_command_S"][:, i])
-        grid[2][0].semilogy(run.time, np.where(command > 0, command, np.nan), label=axis, **plots.look(i))
+        position.plot(run.time, 1e3 * run["plant.r_rel"][:, i], label=axis, **plots.look(i))
+        angle.plot(run.time, np.degrees(attitude(run)[:, i]), label=axis, **plots.look(i))
     for side in (-1, 1):
-        grid[0][0].axhline(side * GAP, color=plots.GREY, linewidth=1, label="cage")
-    grid[0][0].set_ylim(-1.3 * GAP, 1.3 * GAP)
-    grid[0][0].set_ylabel("test mass (mm)")
-    grid[1][0].set_ylabel("force given (mN)")
-    grid[2][0].set_ylabel("force asked (N)")
+        position.axhline(side * GAP, color=plots.GREY, linewidth=1, label="cage")
+    position.set_ylim(-1.3 * GAP, 1.3 * GAP)
+    position.set_ylabel("test mass (mm)")
+    for i, ax in enumerate(forces):
+        _force(ax, run, i)
+        asked = 1e3 * np.abs(run["controller.f_command_S"][:, i])
+        bounds = [abs(v) for v in _bounds(run, "actuators.force_upper", i)] or [1e-3]
+        plots.beyond_linear(ax, 1e3 * bounds[0], float(asked.max()))
+    angle.set_ylabel("attitude (deg)")
     for (ax,) in grid:
-        ax.set_xlim(0, last)
+        ax.set_xlim(0, 1.05 * run.time[-1])
         if caught is not None:
             ax.axvline(caught, color="#000000", linewidth=1, linestyle=":", label=f"at the cage, {caught:.1f} s")
     figure.align_ylabels([row[0] for row in grid])
-    plots.legend(figure, columns=5)
+    plots.legend(figure, columns=4)
+    return figure
+
+
+def _actuators(run: Result) -> Figure:
+    """Draw what thrusters and suspension were asked for and gave, with their limits: the flight, and its end nearer."""
+    figure, grid = plots.panels(6, 2, "Limits, slew, quantisation and noise: asked and given")
+    figure.set_size_inches(10.0, figure.get_size_inches()[1])
+    end = float(run.time[-1])
+    torque, suspension = run["controller.tau_command_S"][:, 0], run["controller.tau_command_T"][:, 0]
+    for column, begin in enumerate((0.0, max(0.0, end - NEAR))):
+        rows = [line[column] for line in grid]
+        for i, ax in enumerate(rows[:3]):
+            _force(ax, run, i)
+        bounds = [side * 1e3 * v for side in (-1, 1) for v in _bounds(run, "actuators.torque_limit", 0)]
+        plots.asked_and_given(rows[3], run.time, 1e3 * torque, 1e3 * run["actuators.tau_S"][:, 0], bounds)
+        bounds = [side * 1e9 * v for side in (-1, 1) for v in _bounds(run, "suspension.torque_limit", 0)]
+        plots.asked_and_given(rows[4], run.time, 1e9 * suspension, 1e9 * run["suspension.tau_T"][:, 0], bounds)
+        late = run.time >= begin
+        for i, axis in enumerate("xyz"):
+            rows[5].plot(run.time[late], 1e9 * run["plant.r_rel"][late, i], label=axis, **plots.look(i))
+        if column == 1:  # near enough to see the quanta of the ion thruster
+            force = 1e3 * run["controller.f_command_S"][late, 0]
+            rows[0].set_ylim(float(force.min()) - 0.2, float(force.max()) + 0.2)
+        for ax in rows:
+            ax.set_xlim(begin, end)
+    for ax, text in zip(
+        (line[0] for line in grid[3:]), ("torque, x (mN m)", "suspension, x (nN m)", "test mass (nm)"), strict=True
+    ):
+        ax.set_ylabel(text)
+    for line in grid:
+        line[1].set_ylabel("")
+    grid[0][0].set_title("the flight")
+    grid[0][1].set_title(f"its last {NEAR:g} s")
+    figure.align_ylabels([line[0] for line in grid])
+    plots.legend(figure, columns=6)
     return figure
 
 
 def _density(runs: Mapping[str, Result]) -> Figure:
-    """Draw the amplitude spectral density of the test mass, x axis, with two missions' requirements."""
-    figure, ((ax,),) = plots.panels(1, 1, "Acceleration of the test mass, along-track", height=4.2)
+    """Draw amplitude spectral densities along x: satellite and test mass, each with the requirement that fits it."""
+    figure, ((satellite,), (mass,)) = plots.panels(2, 1, "Residual acceleration along-track (x, LVLH, gusts)", 3.0)
     some = next(iter(runs.values()))
-    if series(some, "environment.f_dist_B") is not None:
-        f, drag = drag_density(some)
-        ax.loglog(f[1:], drag[1:, 0], color="#000000", linewidth=1, label="drag, no control")
+    f, drag = drag_density(some)
+    satellite.loglog(f[1:], drag[1:, 0], color="#000000", linewidth=1, label="drag, no control")
     for i, (name, run) in enumerate(runs.items()):
-        f, values = residual_density(run)
-        ax.loglog(f[1:], values[1:, 0], label=name, **plots.look(i))
-    for band, level, place, text in (
-        (GOCE_BAND, GOCE_REQUIREMENT, 1.4, "GOCE, drag-free control"),
-        (LISA_BAND, LISA_PATHFINDER, 0.45, "LISA Pathfinder requirement"),
-    ):
-        ax.loglog(band, [level] * 2, color=plots.GREY, linewidth=2.5, solid_capstyle="butt")
-        ax.text(max(band[0], 2.3e-3), place * level, text, color=plots.GREY)
-    ax.set_xlim(2e-3, GUST_BAND[1])
-    ax.set_ylim(1e-16, 1e-5)
-    ax.set_xlabel("frequency (Hz)")
-    ax.set_ylabel(r"amplitude spectral density (m/s$^2$/$\sqrt{\mathrm{Hz}}$)")
-    plots.legend(figure)
+        for ax, (f, values) in ((satellite, satellite_density(run)), (mass, residual_density(run))):
+            ax.loglog(f[1:], values[1:, 0], label=name, **plots.look(i))
+    required: dict[str, Any] = {"color": plots.GREY, "linewidth": 2.5, "solid_capstyle": "butt"}
+    satellite.loglog(GOCE_BAND, [GOCE_REQUIREMENT] * 2, **required)
+    text = r"GOCE, often quoted: 2.5 $\cdot$ 10$^{-8}$"
+    satellite.text(GOCE_BAND[0], 1.4 * GOCE_REQUIREMENT, text, color=plots.GREY)
+    band = np.geomspace(*LISA_BAND, 50)
+    mass.loglog(band, lisa_pathfinder(band), **required)
+    text = r"LISA Pathfinder: 3 $\cdot$ 10$^{-14}$ (1 + (f / 3 mHz)$^2$)"
+    mass.text(1.1e-3, 2e-12, text, color=plots.GREY)
+    satellite.set_title("satellite: all but gravity", fontsize=10)
+    mass.set_title("test mass: spring and damper only", fontsize=10)
+    satellite.set_ylim(1e-10, 1e-5)
+    mass.set_ylim(1e-16, 1e-10)
+    for ax in (satellite, mass):
+        ax.axvspan(GUST_BAND[1], 1.0, color="#000000", alpha=0.05, linewidth=0, label="beyond the gusts' band")
+        ax.set_ylabel(r"density (m/s$^2$/$\sqrt{\mathrm{Hz}}$)")
+    mass.set_xlim(LISA_BAND[0], 2 * GUST_BAND[1])
+    mass.set_xlabel("frequency (Hz)")
+    plots.legend(figure, columns=3)
     return figure

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from cosim.papers.claims import Claim, Measure, Measured, per_axis
+from cosim.papers.claims import Claim, Measure, Measured
 from cosim.papers.claims import figures as shown
 from cosim.papers.xiao2011 import gain
 from cosim.papers.xiao2011.system import (
@@ -18,8 +18,12 @@ from cosim.papers.xiao2011.system import (
     L2_LARGE_K5,
     L2_PRINTED,
     L2_UNCONSTRAINED,
+    OVERLOAD,
+    OVERLOADED,
     PID,
     PID_LARGE,
+    SHAKE,
+    SHAKEN,
     U_MAX,
     K,
 )
@@ -28,6 +32,7 @@ from cosim.result import Result
 
 ABOUT = 0.2  # "about t" is within this part of t
 SETTLED, FINE = 0.05, 0.001  # parts of the start
+STEADY = 12.0 - 20 * 2 * np.pi / SHAKE[0]  # s: the last twenty periods of the shaken run
 
 
 def _about(value: float, said: float) -> bool:
@@ -96,16 +101,17 @@ def _pid_vibration(runs: Mapping[str, Result]) -> Measured:
 
 def _theorem_1(runs: Mapping[str, Result]) -> Measured:
     run = runs[L2_UNCONSTRAINED]
-    largest, omega = gain.supremum()
+    linear, omega = gain.supremum()
+    measured = _worst(gain.flown(runs[SHAKEN], STEADY))
     peak = np.max(np.abs(run["plant.tau_B"]))
-    text = f"{largest:.4f} at {omega:.1f} rad/s, linearised; peak torque {peak:.0f} N m"
+    text = f"{measured:.4f} shaken at {SHAKE[0]:g} rad/s (linearised {linear:.4f} at {omega:.1f}); peak {peak:.0f} N m"
     final = np.max(np.abs(angles(run)[-1]) / np.abs(angles(run)[0]))
-    return Measured(text, {"gain": largest <= GAMMA, "flies": bool(final <= FINE)})
+    return Measured(text, {"gain": max(measured, linear) <= GAMMA, "flies": bool(final <= FINE)})
 
 
 def _theorem_2(runs: Mapping[str, Result]) -> Measured:
     run = runs[L2]
-    largest, _ = gain.supremum()
+    free, loaded = _worst(gain.flown(runs[SHAKEN], STEADY)), _worst(gain.flown(runs[OVERLOADED]))
     z1, z2, e1 = run["controller.theta"], run["controller.z2"], run["controller.e1"]
     e2 = z2 - e1
     # (33): -p1 e2^2 - e1^2/2 + e1 (z1 + z2) <= 0, with p1 as large as one likes: at least where e2 vanishes.
@@ -113,11 +119,16 @@ def _theorem_2(runs: Mapping[str, Result]) -> Measured:
     left = -p1 * e2**2 - e1**2 / 2 + e1 * (z1 + z2)
     saturated = np.abs(run["controller.u"]) > U_MAX
     fails = np.array([np.mean(left[saturated[:, i], i] > 0) if saturated[:, i].any() else 0.0 for i in range(3)])
-    text = f"unsaturated {largest:.4f}; saturated its proof's (33) fails in {shown(100 * fails, 2)} % of the time"
-    return Measured(text, {"unsaturated": largest <= GAMMA} | per_axis(fails, lambda part: part == 0, "saturated,"))
+    text = (
+        f"unsaturated {free:.4f}; saturated by {OVERLOAD:g} N m from outside {loaded:.0f}; its proof's (33) fails in "
+        f"{shown(100 * fails, 2)} % of the saturated time of case S"
+    )
+    return Measured(text, {"unsaturated": free <= GAMMA, "saturated": loaded <= GAMMA})
 
 
-def _claim(text: str, said: str, criterion: str, measure: Measure, until: float, *runs: str) -> Claim:
+def _claim(
+    text: str, said: str, criterion: str, measure: Measure, until: float | Mapping[str, float], *runs: str
+) -> Claim:
     return Claim(
         paper="xiao2011",
         text=text,
@@ -196,19 +207,22 @@ CLAIMS = (
     _claim(
         "Theorem 1 (no limit): L2 gain at most gamma",
         "0.2",
-        "the largest gain of the loop linearised at the reference, network learning, is at most 0.2, and the loop "
-        "without limits brings the angles to 0.1 % of their start",
+        "the gain is at most 0.2, of the loop linearised at the reference, network learning, and of a rigid body "
+        "shaken where that is largest; and the loop without limits brings the angles to 0.1 % of their start",
         _theorem_1,
-        100.0,
+        {L2_UNCONSTRAINED: 100.0, SHAKEN: 12.0},
         L2_UNCONSTRAINED,
+        SHAKEN,
     ),
     _claim(
         "Theorem 2 (torque limited): L2 gain at most gamma",
         "0.2",
-        "as Theorem 1 without saturation; while saturated, the inequality (33) that its proof rests on holds at every "
-        "row of case S, on each axis",
+        "the gain of a rigid body from rest is at most 0.2: shaken without a limit, and under a constant torque that "
+        "saturates the wheels for a minute",
         _theorem_2,
-        400.0,
+        {L2: 400.0, SHAKEN: 12.0, OVERLOADED: 60.0},
         L2,
+        SHAKEN,
+        OVERLOADED,
     ),
 )

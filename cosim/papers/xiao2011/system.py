@@ -15,6 +15,7 @@ and the floor of its output are the smallest change that lets the law work; as p
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ Flight = tuple[System, Experiment]
 
 L2, L2_LARGE, L2_LARGE_K5 = "xiao2011-l2gain", "xiao2011-l2gain-large", "xiao2011-l2gain-large-k5"
 L2_PRINTED, L2_UNCONSTRAINED = "xiao2011-l2gain-printed", "xiao2011-l2gain-unconstrained"
+SHAKEN, OVERLOADED = "xiao2011-l2gain-shaken", "xiao2011-l2gain-overloaded"
 PID, PID_LARGE, PID_ANTIWINDUP = "xiao2011-pid", "xiao2011-pid-large", "xiao2011-pid-antiwindup"
 
 # Printed
@@ -50,6 +52,8 @@ SMALL, LARGE = 4.4, 22.0  # J_i |theta_i(0)|, kg m^2 (rad)
 G_MIN = U_MAX / 1500.0  # 1/(kg m^2)
 K_LARGE = 0.2  # k that suits case L
 NO_LIMIT = 1e9  # N m
+SHAKE = 22.4, 1e-3  # rad/s, rad/s^2: where the linearised loop has its largest gain
+OVERLOAD = 0.3  # N m an axis, more than the wheels have
 W_F, W_G = np.random.default_rng(2011).uniform(size=(2, 3, NODES))
 
 MEASURED = ["q_BN", "omega_BN_B"]
@@ -81,6 +85,17 @@ def l2gain_unconstrained() -> Flight:
     return _l2gain(L2_UNCONSTRAINED, limit=NO_LIMIT, stop=100.0)
 
 
+def l2gain_shaken() -> Flight:
+    """A rigid body at rest shaken at 22.4 rad/s, weights of g exact, no limit: the L2 gain of Theorem 1."""
+    omega, size = SHAKE
+    return _from_rest(SHAKEN, "sine", [j * size for j in INERTIA], omega, NO_LIMIT, 12.0, 2e-4)
+
+
+def l2gain_overloaded() -> Flight:
+    """The same under a constant torque above the limit: the L2 gain of Theorem 2 in saturation."""
+    return _from_rest(OVERLOADED, "bias", [OVERLOAD] * 3, DISTURBANCE_RATE, U_MAX, 60.0, 1e-3)
+
+
 def pid() -> Flight:
     """PID control with a hard limit, case S, figures 5-8."""
     return _pid(PID)
@@ -104,6 +119,8 @@ def systems() -> dict[str, Callable[[], Flight]]:
         L2_LARGE_K5: l2gain_large_k5,
         L2_PRINTED: l2gain_printed,
         L2_UNCONSTRAINED: l2gain_unconstrained,
+        SHAKEN: l2gain_shaken,
+        OVERLOADED: l2gain_overloaded,
         PID: pid,
         PID_LARGE: pid_large,
         PID_ANTIWINDUP: pid_antiwindup,
@@ -142,6 +159,32 @@ def _l2gain(
         "controller.e1": [0.0, 0.0, 0.0],
     }
     return _flight(name, "AdaptiveL2Gain", size, gains, limit, stop)
+
+
+def _from_rest(
+    name: str, part: str, torque: list[float], frequency: float, limit: float, stop: float, step: float
+) -> Flight:
+    """A rigid body at rest in inertial axes under one torque, f and g known at the start: V(0) = 0 in the theorems."""
+    system, experiment = _l2gain(name, limit=limit, stop=stop)
+    kept = {key: value for key, value in system.parameters.items() if key not in ("plant.eta", "plant.eta_dot")}
+    system = replace(
+        system,
+        components=system.components | {"plant": "FlexibleSpacecraft:modes=0"},
+        vehicle={key: value for key, value in system.vehicle.items() if key not in ("delta", "Omega", "zeta")},
+        parameters=kept
+        | {
+            "plant.q_BN": [1.0, 0.0, 0.0, 0.0],
+            "plant.omega_BN_B": Value([0.0] * 3, "rad/s"),
+            "guidance.orbit_rate": Value(0.0, "rad/s"),
+            **{f"environment.{name}": Value([0.0] * 3, "N.m") for name in ("bias", "sine", "cosine")},
+            f"environment.{part}": Value(torque, "N.m"),
+            "environment.frequency": Value(frequency, "rad/s"),
+            "controller.W_f": np.zeros((3, NODES)),
+            "controller.W_g": np.full((3, NODES), 1 / NODES),
+            "controller.c2": 1e-12,  # g is known: its network stays
+        },
+    )
+    return system, replace(experiment, communication_step_size=step, every=5)
 
 
 def _pid(name: str, size: float = SMALL, conditional: float = 0.0) -> Flight:

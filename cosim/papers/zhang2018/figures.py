@@ -37,8 +37,8 @@ def figures(results: Mapping[str, Result]) -> dict[str, Figure]:
             drawn["fig05_attitude"] = _attitude(run)
             drawn["fig06_rates"] = _rates(run)
             drawn["fig07_torque"] = _torque(run)
-            if series(run, "plant.eta") is not None:
-                drawn["fig08_modal_coordinates"] = _modes(run)
+            if all(series(run, "plant.eta") is not None for run in full.values()):
+                drawn["fig08_modal_coordinates"] = _modes(full)
         if half:
             drawn["fig09-11_tracking_error_half_gains"] = _errors(
                 full | half, "Tracking error, half gains (figures 9-11)"
@@ -70,7 +70,7 @@ def _errors(runs: Mapping[str, Result], title: str) -> Figure:
             row[1].set_ylim(-1.3 * RHO_INF, 1.3 * RHO_INF)
     if columns == 2:
         grid[0][0].set_title("transient")
-        grid[0][1].set_title("steady state")
+        grid[0][1].set_title(f"steady state; bounds {RHO_INF:g} deg")
     figure.align_ylabels([row[0] for row in grid])
     plots.legend(figure, columns=5)
     return figure
@@ -99,7 +99,7 @@ def _torque(run: Result) -> Figure:
     rows = run["controller.tau_command_B"]
     later = 20.0
     columns = 2 if run.time[-1] > 1.5 * later else 1
-    figure, grid = plots.panels(3, columns, "Control torque, PPATC (figure 7)")
+    figure, grid = plots.panels(3, columns, "Control torque, PPATC (figure 7); the paper has no limit")
     for i, row in enumerate(grid):
         row[0].plot(run.time, rows[:, i], label="PPATC", **plots.look(0))
         row[0].set_ylabel(plots.label(f"$u_{i + 1}$, {AXES[i]}", "N.m"))
@@ -116,9 +116,17 @@ def _torque(run: Result) -> Figure:
     return figure
 
 
-def _modes(run: Result) -> Figure:
-    traces = {"PPATC": (run.time, run["plant.eta"][:, :4])}
-    names = [rf"$\eta_{{1{i + 1}}}$" for i in range(4)]
-    figure, _ = plots.stack(traces, names, "kg(1/2).m", "Modal coordinates of panel 1, PPATC (figure 8)", width=0.9)
+def _modes(runs: Mapping[str, Result]) -> Figure:
+    """Draw the modes of panel 1; those of panel 2 are their opposites."""
+    figure, grid = plots.panels(4, 1, "Modal coordinates of panel 1 (figure 8: PPATC)")
+    axes = [row[0] for row in grid]
+    for i, ax in enumerate(axes):
+        rows = {name: run["plant.eta"][:, i] for name, run in runs.items()}
+        exponent = plots.scale(rows.values())
+        for name, run in runs.items():
+            ax.plot(run.time, rows[name] / 10.0**exponent, label=name, **plots.thin(LOOKS[name], 0.9))
+        ax.set_ylabel(plots.label(rf"$\eta_{{1{i + 1}}}$", "kg(1/2).m", exponent))
+        ax.margins(x=0.01)
+    figure.align_ylabels(axes)
     plots.legend(figure)
     return figure
