@@ -194,18 +194,3 @@ def test_what_the_surface_sees_of_eta_cancels():
     none, changes = {"controller.D_eta": np.zeros((3, 4))}, dict(stop_time=20.0, communication_step_size=5e-4)
     run, other = (fly("geng2012-compensated", parameters=p, **changes) for p in ({}, none))
     assert np.abs(attitude_error(run) - attitude_error(other)).max() < 1e-8
-
-
-def test_both_back_ends_fly_the_same():
-    """A python FMU cannot interpolate its inputs and takes the midpoint of a ramp: both are given it."""
-    runs = []
-    for backend in ("native", "python"):
-        flight, experiment = scenario("geng2012-compensated")
-        links = [replace(c, timing="midpoint") if c.timing == "ramp" else c for c in flight.connections]
-        experiment = replace(experiment, stop_time=1.0, every=1)
-        runs.append(simulate(replace(flight, connections=links), experiment, locate=Library(backend)))
-    native, python = runs
-    assert native.table.column_names == python.table.column_names
-    for name in native.table.column_names:
-        a, b = (run.table[name].to_numpy() for run in (native, python))
-        assert np.abs(a - b).max() <= 1e-12 * np.abs(a).max(), name

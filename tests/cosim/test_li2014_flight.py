@@ -7,10 +7,9 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import brentq
 
-from cosim.fmu_library import Library
 from cosim.masters.explicit import Explicit
 from cosim.papers import li2014, scenario
-from cosim.papers.claims import judge, window
+from cosim.papers.claims import judge
 from cosim.papers.li2014 import spectrum, system
 from cosim.simulate import simulate
 from cosim.system import Experiment, System
@@ -103,7 +102,7 @@ def _inertial_velocity(run):
 class TestWhatHolds:
     def test_verdicts(self, runs):
         found = [v.verdict for v in judge(li2014.CLAIMS, runs)]
-        assert found == ["reproduced", "reproduced", "partly", "not reproduced", "partly"]
+        assert found == ["reproduced", "reproduced", "partly", "not reproduced", "reproduced"]
 
     def test_spectral_densities(self, runs):
         """The file's figures are of other phases of the gusts: within 15 %."""
@@ -112,13 +111,30 @@ class TestWhatHolds:
             assert_allclose(spectrum.highest(spectrum.residual_density(runs[name])), expected, rtol=0.15)
         assert_allclose(spectrum.highest(spectrum.drag_density(runs[system.NN_SPECTRUM])), 6.0e-7, rtol=0.05)
 
+    def test_the_network_acts_as_an_integrator(self, runs):
+        """1.4e3 times in the tail, 50 at 5 mHz, 3 at 0.1 Hz."""
+        on, off = (runs[name] for name in (system.NN, system.NO_NN))
+        tails = [spectrum.tail(run, spectrum.relative_position(run)) for run in (off, on)]
+        assert_allclose(tails[0] / tails[1], 1.4e3, rtol=0.05)
+        (f, without), (_, with_network) = (
+            spectrum.residual_density(runs[n]) for n in (system.NO_NN_SPECTRUM, system.NN_SPECTRUM)
+        )
+        gain = without[:, 0] / np.maximum(with_network[:, 0], 1e-300)
+        for at, expected in ((5e-3, 50), (0.1, 3)):
+            assert_allclose(np.median(gain[np.abs(f - at) <= 0.1 * at]), expected, rtol=0.1)
+
+    def test_attitudes_in_the_tail(self, runs):
+        """7.8e-10 rad each; 1.7e-6 without the network."""
+        for name, expected in ((system.NN, 7.8e-10), (system.NO_NN, 1.7e-6)):
+            for angles in (spectrum.attitude, spectrum.relative_attitude):
+                assert_allclose(spectrum.tail(runs[name], angles(runs[name])), expected, rtol=0.03)
+
     def test_the_test_mass_reaches_its_cage(self, runs):
         run = runs[system.PRINTED_START]
         assert run.info["status"] == "finished"
         assert spectrum.contact(run) == pytest.approx(41.1, abs=0.5)
-        after = window(run, 42.0)
-        assert_allclose(np.abs(run["plant.r_rel"][after]).max(), 4e-3, rtol=1e-3)
-        assert (run["plant.cage_contact"][after] == 1).all()
+        assert run.info["event"]["time"] == run.time[-1] == pytest.approx(spectrum.contact(run), abs=0.1)
+        assert_allclose(np.abs(run["plant.r_rel"][-1]).max(), 4e-3, rtol=1e-3)
         for name in set(runs) - {system.PRINTED_START}:
             assert spectrum.contact(runs[name]) is None
 
@@ -129,31 +145,23 @@ class TestWhatHolds:
             "fig03_relative_attitude",
             "commands",
             "printed_start_with_limits",
+            "actuators",
             "residual_acceleration",
         }
 
 
 def test_error_of_fresh_exchange_is_of_first_order():
-    """Against steps of 0.5 ms, over 60 s; 2.7e-6 m at 10 ms."""
+    """Against steps of 0.5 ms, over 60 s; 2.7e-6 m, 3.4e-5 and 5.1e-5 rad at 10 ms, less those of 0.5 ms."""
     near = fly(system.NN, stop_time=60.0, communication_step_size=5e-4, every=200)
-    far = []
+    far, turned = [], []
     for h in (2e-2, 1e-2, 5e-3):
         run = fly(system.NN, stop_time=60.0, communication_step_size=h, every=round(0.1 / h))
         far.append(np.abs(run["plant.r_rel"] - near["plant.r_rel"]).max())
-    assert_allclose(far[1], 2.7e-6, rtol=0.15)
+        angles = (spectrum.attitude, spectrum.relative_attitude)
+        turned.append([np.abs(angle(run) - angle(near)).max() for angle in angles])
+    assert_allclose(far[1], 0.95 * 2.7e-6, rtol=0.02)
+    assert_allclose(turned[1], [0.95 * 3.4e-5, 0.95 * 5.1e-5], rtol=0.03)
     assert_allclose(np.diff(np.log2(far)), -1.0, atol=0.15)
-
-
-@pytest.mark.parametrize("name", [system.NN, system.NO_NN_LVLH, system.PRINTED_START])
-def test_both_back_ends_give_one_flight(name):
-    step = 0.1 if name == system.PRINTED_START else 1e-2
-    native, python = (
-        fly(name, locate=Library(backend), stop_time=2.0, communication_step_size=step, every=1)
-        for backend in ("native", "python")
-    )
-    for column in native.table.column_names:
-        a, b = (np.asarray(run.table[column]) for run in (native, python))
-        assert np.abs(a - b).max() <= 1e-12 * max(np.abs(a).max(), 1e-300), column
 
 
 def test_kernel_and_python_loop_are_equal():

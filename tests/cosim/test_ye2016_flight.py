@@ -11,7 +11,6 @@ from scipy.integrate import simpson
 from ye2016_loop import CONNECTIONS, OFF, loop
 
 from cosim.errors import InitializationFailed, StepFailed
-from cosim.fmu_library import Library
 from cosim.masters.explicit import Explicit
 from cosim.papers import scenario, ye2016
 from cosim.papers.claims import judge
@@ -95,6 +94,18 @@ class TestFurtherFigures:
         assert_allclose([largest(euler_error, adapting), largest(rate_error, adapting)], [7.4e-3, 5.2e-4], rtol=0.02)
         assert_allclose(largest(euler_error, adapting, 400.0), 2.4e-3, rtol=0.03)
 
+    def test_estimates_of_slow_poles_at_the_end(self, runs):
+        """Between .016 and .057, with the half of a last digit that these leave and as much for the step of 1 ms."""
+        gyros, _ = squared_norms(runs[system.ADAPTIVE_SLOW])
+        assert_allclose([gyros[-1].min(), gyros[-1].max()], [0.016, 0.057], atol=1e-3)
+
+    def test_adaptation_gains(self, runs):
+        """Attitude x 6, after 400 s x 12; with the slow poles x 47 and x 122."""
+        pairs = ((system.NONADAPTIVE, system.PRINTED), (system.NONADAPTIVE_SLOW, system.ADAPTIVE_SLOW))
+        for (without, adapting), expected in zip(pairs, ([6, 12], [47, 122]), strict=True):
+            found = [largest(euler_error, runs[without], t) / largest(euler_error, runs[adapting], t) for t in (0, 400)]
+            assert_allclose(found, expected, rtol=0.08)
+
     def test_rate_errors(self, runs):
         found = [largest(rate_error, runs[name]) for name in (system.NONADAPTIVE, system.PRINTED)]
         assert_allclose(found, [8.3e-5, 5.1e-5], rtol=0.02)
@@ -149,11 +160,13 @@ class TestMomentum:
         H = run["plant.H_N"]
         assert np.linalg.norm(H - H[0], axis=1).max() < 1e-7 * np.linalg.norm(H[0])
 
-    def test_with_the_momentum_of_the_middle_of_the_step(self):
+    @pytest.mark.parametrize(("step", "drift"), [(0.01, 8.6e-8), (0.1, 8.6e-6)])
+    def test_it_drifts_with_the_square_of_the_step_by_the_momentum_of_the_middle(self, step, drift):
         flight, experiment = scenario(system.NONADAPTIVE)
         links = [replace(k, timing="midpoint") if k.target == "plant.h_B" else k for k in flight.connections]
-        H = simulate(replace(flight, connections=links), experiment)["plant.H_N"]
-        assert np.linalg.norm(H - H[0], axis=1).max() < 1e-7 * np.linalg.norm(H[0])
+        changes = replace(experiment, communication_step_size=step, every=max(1, round(0.1 / step)))
+        H = simulate(replace(flight, connections=links), changes)["plant.H_N"]
+        assert_allclose(np.linalg.norm(H - H[0], axis=1).max() / np.linalg.norm(H[0]), drift, rtol=0.1)
 
 
 class TestLimitsOfTheLoop:
@@ -204,18 +217,6 @@ def test_bad_input_is_refused_by_the_fmu(settings, message):
     with pytest.raises(InitializationFailed) as caught:
         fly(system.ADAPTIVE, settings, stop_time=0.1)
     assert re.search(message, str(caught.value).replace("\n", " "))
-
-
-def test_both_back_ends_are_equal():
-    """A python FMU cannot interpolate its inputs and takes the midpoint of the ramp: both are given it."""
-    flight, experiment = scenario(system.ADAPTIVE)
-    links = [replace(k, timing="midpoint") if k.timing == "ramp" else k for k in flight.connections]
-    flight, experiment = replace(flight, connections=links), replace(experiment, stop_time=3.0, every=1)
-    native, python = (simulate(flight, experiment, locate=Library(backend)) for backend in ("native", "python"))
-    assert native.table.column_names == python.table.column_names
-    for name in native.table.column_names:
-        a, b = (run.table[name].to_numpy() for run in (native, python))
-        assert np.abs(a - b).max() <= 1e-12 * np.abs(a).max(), name
 
 
 def test_kernel_and_python_loop_are_equal():

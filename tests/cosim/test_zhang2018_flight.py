@@ -10,8 +10,10 @@ from zhang2018_loop import CONNECTIONS, loop
 
 from components.controllers.adaptive_tracking import AdaptiveTracking
 from components.controllers.prescribed_performance import PrescribedPerformance
+from cosim.errors import StepFailed
 from cosim.masters.explicit import Explicit
-from cosim.papers import scenario
+from cosim.papers import scenario, zhang2018
+from cosim.papers.claims import judge
 from cosim.simulate import simulate
 
 
@@ -95,6 +97,60 @@ class TestApproach:
         assert distance[1] < 1e-5
         slopes = np.diff(np.log(distance)) / np.diff(np.log(steps))
         assert_allclose(slopes, 1.0, atol=0.05)
+
+
+class TestStability:
+    """The torque held over the step: full gain is stable up to 2.5 ms, half gain up to 5 ms; PPATC fails beyond."""
+
+    @pytest.mark.parametrize(("name", "step"), [("zhang2018-ppatc", 2.5e-3), ("zhang2018-ppatc-half", 5e-3)])
+    def test_stable(self, name, step):
+        run = fly(name, stop_time=70.0, communication_step_size=step, every=1, master=Explicit())
+        assert np.abs(run["controller.tau_command_B"][run.time > 30.0]).max() < 0.1
+
+    @pytest.mark.parametrize(("name", "step"), [("zhang2018-ppatc", 4e-3), ("zhang2018-ppatc-half", 10e-3)])
+    def test_diverging(self, name, step):
+        with pytest.raises(StepFailed) as caught:
+            fly(name, communication_step_size=step, every=1, master=Explicit())
+        assert 30.0 < caught.value.time < 60.0  # where the gain is largest: 47-50 s
+
+    def test_centred_the_torque_chatters_where_held_it_diverges(self):
+        """The barrier's linear extension and the mean of both ends keep it finite; it is no flight to trust."""
+        run = fly("zhang2018-ppatc", stop_time=70.0, communication_step_size=4e-3, every=1)
+        assert np.abs(run["controller.tau_command_B"][run.time > 30.0]).max() > 0.2
+
+
+def test_atc_at_10_ms():
+    """4.5e-5 deg from the loop as one ODE, fresh, inputs held."""
+    rows = np.linspace(0.0, 60.0, 601)
+    _, _, y = monolithic(loop(AdaptiveTracking()), CONNECTIONS, 60.0, rows)
+    run = fly("zhang2018-atc", stop_time=60.0, communication_step_size=0.01, every=10, master=Explicit())
+    assert_allclose(np.abs(np.degrees(run["controller.e"] - y["controller.e"])).max(), 4.5e-5, rtol=0.05)
+
+
+@pytest.mark.slow
+def test_claims_have_the_figures_of_the_equations_file(ppatc, atc):
+    runs = {"zhang2018-ppatc": ppatc, "zhang2018-atc": atc}
+    runs |= {f"{name}-half": fly(f"{name}-half") for name in list(runs)}
+
+    def settled(run):
+        return [run.time[np.flatnonzero(np.abs(degrees(run)[:, i]) > 0.005)[-1]] for i in range(3)]
+
+    assert_allclose(settled(ppatc), [27.5, 27.0, 27.3], atol=0.1)
+    assert_allclose(settled(atc), [31.9, 15.5, 29.0], atol=0.1)
+    z = ppatc["controller.z"]
+    assert_allclose([z[:, :2].min(), z[:, :2].max()], [0.400, 0.834], atol=1e-3)
+    assert_allclose([z[:, 2].min(), z[:, 2].max()], [-0.667, -0.500], atol=1e-3)
+    change = np.abs(degrees(runs["zhang2018-ppatc-half"]) - degrees(ppatc)).max(axis=1)
+    assert_allclose([change.max(), change[ppatc.time >= 20.0].max()], [0.0123, 9.7e-5], rtol=0.01)
+    half = degrees(runs["zhang2018-atc-half"])
+    assert_allclose(half[:, 1].min(), -0.109, atol=5e-4)
+    assert_allclose(np.abs(half[late(ppatc)]).max(axis=0), [8.0e-5, 7.3e-5, 7.3e-5], rtol=0.01)
+    for run, peak in ((ppatc, 2.9e-4), (atc, 5.7e-5)):
+        assert_allclose(np.abs(run["plant.eta"][:, 0]).max(), peak, rtol=0.02)
+    verdicts = [verdict.verdict for verdict in judge(zhang2018.CLAIMS, runs)]
+    assert verdicts == [
+        "reproduced", "reproduced", "partly", "not reproduced", "not reproduced", "reproduced", "partly", "partly",
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("name", ["zhang2018-ppatc", "zhang2018-atc"])

@@ -48,7 +48,11 @@ def _orders(runs: Mapping[str, Result], attitude: float, rate: float, begin: flo
     holds: dict[str, bool] = {}
     for reading, run in runs.items():
         angle, speed = _largest(euler_error, run, begin), _largest(rate_error, run, begin)
-        texts.append(f"{reading}: {angle:.3g} rad, {speed:.2g} rad/s")
+        text = f"{reading}: {angle:.3g} rad, {speed:.2g} rad/s"
+        if begin:
+            whole = _largest(euler_error, run), _largest(rate_error, run)
+            text += f" (whole run {whole[0]:.2g} rad, {whole[1]:.2g} rad/s)"
+        texts.append(text)
         holds |= {f"attitude, {reading}": _of_order(angle, attitude), f"rate, {reading}": _of_order(speed, rate)}
     return Measured("; ".join(texts), holds)
 
@@ -57,11 +61,12 @@ def _better(runs: Mapping[str, Result]) -> Measured:
     texts: list[str] = []
     holds: dict[str, bool] = {}
     for reading, (without, adapting) in READINGS.items():
-        angle, speed = (
-            _largest(error, runs[without], LATE) / _largest(error, runs[adapting], LATE)
+        (whole_angle, angle), (whole_speed, speed) = (
+            [_largest(error, runs[without], t) / _largest(error, runs[adapting], t) for t in (0.0, LATE)]
             for error in (euler_error, rate_error)
         )
-        texts.append(f"{reading}: attitude x {angle:.3g}, rate x {speed:.3g}")
+        whole = f"(whole run {whole_angle:.2g} and {whole_speed:.2g})"
+        texts.append(f"{reading}: attitude x {angle:.3g}, rate x {speed:.3g} {whole}")
         holds |= {f"attitude, {reading}": angle >= 100, f"rate, {reading}": speed >= 10}
     return Measured("; ".join(texts), holds)
 
