@@ -143,3 +143,38 @@ def test_nothing_is_cut_off():
                 assert box.y0 >= outer.y0 - 1 and box.y1 <= outer.y1 + 1
         box = figure.legends[0].get_window_extent()
         assert box.x0 >= outer.x0 and box.x1 <= outer.x1
+
+
+def test_a_command_beside_what_was_given_and_its_limits():
+    _, ((ax,),) = plots.panels(1)
+    t = np.linspace(0, 1, 5)
+    plots.asked_and_given(ax, t, 10 * t, np.minimum(10 * t, 2), (-2, 2))
+    asked, given, *limits = ax.lines
+    assert [line.get_label() for line in ax.lines] == ["asked", "given", "limit", "limit"]
+    assert asked.get_ydata().max() == 10 and given.get_ydata().max() == 2
+    assert [line.get_ydata()[0] for line in limits] == [-2, 2]
+    assert asked.get_zorder() <= given.get_zorder()
+
+
+@pytest.mark.parametrize(("threshold", "largest"), [(0.2, 2914.0), (20.0, 2.1e3), (0.65, 0.5), (1e-3, 1e-3)])
+def test_an_axis_that_is_linear_to_the_limit_and_logarithmic_beyond(threshold, largest):
+    _, ((ax,),) = plots.panels(1)
+    plots.beyond_linear(ax, threshold, largest)
+    low, high = ax.get_ylim()
+    assert high == -low >= largest
+    marks = ax.get_yticks()
+    assert {-threshold, threshold} <= set(marks) and (np.sort(marks) == np.sort(-marks)).all()
+    assert [float(text.get_text()) for text in ax.get_yticklabels()] == pytest.approx(list(marks), rel=1e-5)
+
+
+def test_the_raw_command_of_a_controller_that_limits_itself():
+    """`controller.u` is the command before the limit; tau_command_B would hide it."""
+    n = 11
+    columns = {"time": np.linspace(0, 1, n)}
+    for i in (1, 2, 3):
+        columns[f"plant.tau_B[{i}]"] = np.full(n, 0.2)
+        columns[f"controller.tau_command_B[{i}]"] = np.full(n, 0.2)
+        columns[f"controller.u[{i}]"] = np.linspace(0.3, 0.4, n)
+    drawn = plots.figures({"run": Result(pa.table(columns), {})})["torque"]
+    raw = next(line for line in drawn.axes[0].lines if line.get_label() == "run: command")
+    assert raw.get_ydata().max() == pytest.approx(0.4)

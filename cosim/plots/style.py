@@ -1,4 +1,4 @@
-"""Figures of attitude runs: one run or several overlaid, drawn without a display.
+"""How figures look: panels, colours, labels, legends; drawn without a display.
 
 Every axis names its quantity and unit; angles are in degrees. Runs differ in colour (Okabe-Ito, safe for the colour
 blind) and in line style. Small numbers are shown times a power of ten that stands in the label.
@@ -15,7 +15,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from cosim.metrics import attitude_error, first, rotations, series
 from cosim.result import Result
 
 Array = NDArray[np.float64]
@@ -23,7 +22,6 @@ Array = NDArray[np.float64]
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 LINES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (6, 1.5, 1.2, 1.5)), (0, (1.2, 1.2)))
 GREY = "#606060"
-NO_LIMIT = 1e9  # N m, a torque limit that stands for none
 DPI = 150
 STYLE: dict[Any, Any] = {
     "font.size": 10,
@@ -49,20 +47,6 @@ UNITS = {
     "kg(1/2).m/s": r"kg$^{1/2}$ m/s",
     "rad/s2": r"rad/s$^2$",
 }
-
-
-def figures(results: Mapping[str, Result]) -> dict[str, Figure]:
-    """Return the figures that any attitude run has, by file name; runs are named by the keys of `results`."""
-    with mpl.rc_context(STYLE):
-        drawn = {
-            "attitude_error": _attitude_error(results),
-            "rates": _rates(results),
-            "torque": _torque(results),
-            "modal_coordinates": _modes(results),
-        }
-        if drawn["attitude_error"] is None:
-            drawn["attitude"] = _attitude(results)
-    return {name: figure for name, figure in drawn.items() if figure is not None}
 
 
 def save(figures: Mapping[str, Figure], folder: Path | str) -> list[Path]:
@@ -146,7 +130,7 @@ def label(name: str, unit: str | None, exponent: int = 0) -> str:
 
 def scale(values: Iterable[Array]) -> int:
     """Return the exponent of ten to divide by so that an axis has handy numbers; 0 for all but small and large ones."""
-    largest = max((_peak(v) for v in values), default=0.0)
+    largest = max((peak(v) for v in values), default=0.0)
     if largest == 0.0 or 1e-2 <= largest < 1e4:
         return 0
     return int(np.floor(np.log10(largest)))
@@ -182,16 +166,16 @@ def fill(
     width: float = 1.4,
 ) -> list[int]:
     """Draw column i of every trace into panel i, much wider swings behind; return the panels' exponents of ten."""
-    largest = max(_peak(rows) for _, rows in traces.values())
+    largest = max(peak(rows) for _, rows in traces.values())
     exponents: list[int] = []
     for i, (ax, name) in enumerate(zip(axes, names, strict=True)):
         shown = [(k, n, t, rows[:, i]) for k, (n, (t, rows)) in enumerate(traces.items()) if rows.shape[1] > i]
         exponent = scale(values for *_, values in shown)
-        if max(_peak(values) for *_, values in shown) < 1e-9 * largest:  # rounding is not shown as if it were a motion
+        if max(peak(values) for *_, values in shown) < 1e-9 * largest:  # rounding is not shown as if it were a motion
             exponent = scale([np.array([largest])])
             ax.set_ylim(-1, 1)
         for index, label_, time, values in shown:
-            depth = sum(2 * _peak(other) < _peak(values) for *_, other in shown)
+            depth = sum(2 * peak(other) < peak(values) for *_, other in shown)
             ax.plot(time, values / 10.0**exponent, label=label_, linewidth=width, zorder=3 - depth / 100, **look(index))
         ax.set_ylabel(label(name, unit, exponent))
         ax.margins(x=0.01)
@@ -199,7 +183,8 @@ def fill(
     return exponents
 
 
-def _peak(rows: Array) -> float:
+def peak(rows: Array) -> float:
+    """Return the largest absolute value that is finite, 0 if there is none."""
     finite = np.abs(rows[np.isfinite(rows)])
     return float(finite.max()) if finite.size else 0.0
 
@@ -212,117 +197,3 @@ def traces_of(results: Mapping[str, Result], rows: Callable[[Result], Array | No
         if values is not None and values.size:
             found[name] = (result.time, values)
     return found
-
-
-def limits(result: Result) -> list[float]:
-    """Return the torque limits that the run's parameters state, N m, one per axis or one for all; [] if none."""
-    parameters: Mapping[str, Any] = result.info.get("parameters") or {}
-    for instance in ("actuators", "plant", "controller"):
-        start = f"{instance}.torque_limit"
-        found = [v["value"] for name, v in parameters.items() if name == start or name.startswith(start + "[")]
-        if found:
-            return [] if max(found) >= NO_LIMIT else [float(v) for v in found]
-    return []
-
-
-def _attitude_error(results: Mapping[str, Result]) -> Figure | None:
-    traces = traces_of(results, attitude_error)
-    if not traces:
-        return None
-    figure, grid = panels(4, 1, "Attitude error: rotation from reference to body")
-    axes = [line[0] for line in grid]
-    fill(axes[:3], traces, [f"about {axis}" for axis in "xyz"], "deg")
-    for index, (name, (time, rows)) in enumerate(traces.items()):
-        angle = np.linalg.norm(rows, axis=1)
-        axes[3].plot(time, np.where(angle > 0, angle, np.nan), label=name, **look(index))
-    axes[3].set_yscale("log")
-    axes[3].set_ylabel("angle (deg)")
-    axes[3].margins(x=0.01)
-    figure.align_ylabels(axes)
-    legend(figure)
-    return figure
-
-
-def _attitude(results: Mapping[str, Result]) -> Figure | None:
-    traces = traces_of(results, lambda result: series(result, "plant.q_BN"))
-    if not traces:
-        return None
-    names = [f"$q_{i}$" for i in range(4)]
-    figure, _ = stack(traces, names, "1", "Attitude quaternion of the body, scalar first, from inertial axes")
-    legend(figure)
-    return figure
-
-
-def reference_rate(result: Result) -> Array | None:
-    """Return the rate of the reference in body axes, rad/s."""
-    needed = [series(result, name) for name in ("plant.q_BN", "guidance.q_RN", "guidance.omega_RN_R")]
-    body, reference, rate = needed
-    if body is None or reference is None or rate is None or not len(body):
-        return None
-    return (rotations(body).inv() * rotations(reference)).apply(rate)
-
-
-def _rates(results: Mapping[str, Result]) -> Figure | None:
-    traces = traces_of(results, lambda result: _degrees(series(result, "plant.omega_BN_B")))
-    if not traces:
-        return None
-    if len(results) == 1:
-        traces |= traces_of({"reference": next(iter(results.values()))}, lambda run: _degrees(reference_rate(run)))
-    figure, _ = stack(traces, [rf"$\omega_{axis}$" for axis in "xyz"], "deg/s", "Body rate, body axes")
-    legend(figure)
-    return figure
-
-
-def _torque(results: Mapping[str, Result]) -> Figure | None:
-    traces = traces_of(results, lambda result: first(result, "plant.tau_B", "controller.tau_command_B"))
-    if not traces:
-        return None
-    figure, grid = panels(3, 1, "Torque on the hub, body axes")
-    axes = [line[0] for line in grid]
-    exponents = fill(axes, traces, [rf"$\tau_{axis}$" for axis in "xyz"], "N.m")
-    for index, name in enumerate(traces):
-        _command(axes, results[name], name, exponents, index)
-    for bound in {tuple(found) for result in results.values() if (found := limits(result))}:
-        for i, ax in enumerate(axes):
-            for side in (1, -1):
-                value = side * bound[i % len(bound)] / 10.0 ** exponents[i]
-                ax.axhline(value, color=GREY, linewidth=1, linestyle=LINES[3], label="limit")
-    figure.align_ylabels(axes)
-    legend(figure)
-    return figure
-
-
-def _command(axes: Sequence[Axes], result: Result, name: str, exponents: Sequence[int], index: int) -> None:
-    """Draw the raw command thinly where the hub gets another; the axis follows it to three times what the hub gets.
-
-    A controller that limits its command itself shows `u`, the one before.
-    """
-    command, given = first(result, "controller.u", "controller.tau_command_B"), series(result, "plant.tau_B")
-    if command is None or given is None or command.shape != given.shape or np.array_equal(command, given):
-        return
-    for i, (ax, exponent) in enumerate(zip(axes, exponents, strict=True)):
-        rows, reach = command[:, i] / 10.0**exponent, 3 * _peak(given[:, i]) / 10.0**exponent
-        colour = COLOURS[index % len(COLOURS)]
-        ax.plot(result.time, rows, label=f"{name}: command", color=colour, linewidth=0.7, alpha=0.6, zorder=2)
-        if _peak(rows) > reach > 0:
-            ax.set_ylim(-reach, reach)
-
-
-def _modes(results: Mapping[str, Result]) -> Figure | None:
-    traces = traces_of(results, lambda result: _columns(series(result, "plant.eta")))
-    if not traces:
-        return None
-    count = max(rows.shape[1] for _, rows in traces.values())
-    names = [rf"$\eta_{{{i + 1}}}$" for i in range(count)]
-    columns = 2 if count > 4 else 1
-    figure, _ = stack(traces, names, "kg(1/2).m", "Modal coordinates", columns=columns, width=0.9)
-    legend(figure)
-    return figure
-
-
-def _degrees(rows: Array | None) -> Array | None:
-    return None if rows is None else np.degrees(rows)
-
-
-def _columns(rows: Array | None) -> Array | None:
-    return None if rows is None or not rows.size else rows.reshape(len(rows), -1)
