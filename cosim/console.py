@@ -20,7 +20,7 @@ if TYPE_CHECKING:  # a message must not wait for what flies and draws
 LONG = 100
 """Characters of a value that are printed."""
 
-WIDTH = 140
+WIDTH = 120
 """Characters of a table that goes to a file."""
 
 _out = Console(soft_wrap=True, highlight=False, width=None if sys.stdout.isatty() else WIDTH)
