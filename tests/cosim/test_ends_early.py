@@ -154,7 +154,7 @@ class TestDisk:
         assert len(result) > 0
 
     def test_metrics_that_fail_lose_nothing(self, adcs, monkeypatch):
-        def attitude(run):
+        def attitude(run, threshold_deg):
             raise ZeroDivisionError("a bug")
 
         monkeypatch.setattr("cosim.metrics.attitude", attitude)
