@@ -107,8 +107,8 @@ def claims(verdicts: "Sequence[Verdict]") -> None:
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Rows of texts under a head."""
     shown = Table(*head, pad_edge=False)
-    for column in shown.columns:
-        column.overflow = "fold"
+    for column in shown.columns[:: len(head) - 1 or 1]:  # names and how it ended stay whole
+        column.no_wrap = True
     for row in rows:
         shown.add_row(*map(escape, row))
     _out.print(shown)

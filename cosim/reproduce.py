@@ -137,7 +137,7 @@ def metrics_rows(results: Mapping[str, Result], columns: Sequence[str] = tuple(C
 def _figure(value: Any) -> str:
     if value is None:
         return "not reached"
-    return f"{max(value) if isinstance(value, list) else value:.4g}"
+    return f"{max(value) if isinstance(value, list) else value:.3g}"
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
