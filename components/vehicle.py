@@ -24,7 +24,7 @@ from .attitude import cmg, euler
 from .attitude.allocation import spanning_condition
 from .attitude.axes import axis_conditions
 from .attitude.vectors import asymmetry, smallest_eigenvalue
-from .framework import Component, Condition, Parameter
+from .framework import Component, Condition, Parameter, not_negative, positive
 
 DEGREE = np.pi / 180
 INERTIA = np.array([[420.8, 3.6, -4.2], [3.6, 410.6, 9.4], [-4.2, 9.4, 690.7]])
@@ -149,11 +149,7 @@ def flexible_conditions(component: Component, p: Any) -> list[Condition]:
             (smallest_eigenvalue(hub),),
         ),
     ]
-    if component.structure["modes"]:
-        for name, values, unit in (("Omega", p.Omega, "rad/s"), ("zeta", p.zeta, "1")):
-            text = f"{name} has an element {{}} {unit}. No element may be negative."
-            conditions.append(Condition(ca.mmin(values) >= 0, text, (ca.mmin(values),)))
-    return conditions
+    return [*conditions, *not_negative(component, p, "Omega", "zeta")]
 
 
 def quaternion_condition(name: str, q: Any) -> Condition:
@@ -175,9 +171,4 @@ def storage_conditions(component: Component, p: Any) -> list[Condition]:
         conditions += axis_conditions(name, vars(p)[name], spanning=False)
     every = ca.horzcat(p.rotor_axes_B, cmg.transverse(p.gimbal_axes_B, p.rotor_axes_B), p.spin_axes_B)
     conditions.append(spanning_condition("rotor, transverse and spin axes together", every))
-    for name in ("rotor_momentum", "wheel_inertia"):
-        unit = next(v.unit for v in component.parameters if v.name == name)
-        for i in range(vars(p)[name].numel()):
-            value = vars(p)[name][i]
-            conditions.append(Condition(value, f"{name}[{i + 1}] = {{}} {unit}: it must be positive.", (value,)))
-    return conditions
+    return [*conditions, *positive(component, p, "rotor_momentum", "wheel_inertia")]

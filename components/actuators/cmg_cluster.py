@@ -27,7 +27,7 @@ import casadi as ca
 from .. import vehicle
 from ..attitude import allocation, cmg
 from ..attitude.limits import saturated
-from ..framework import ActuatorCluster, Component, Condition, Input, Output, Parameter, State
+from ..framework import ActuatorCluster, Component, Condition, Input, Output, Parameter, State, not_negative, positive
 
 
 class CmgCluster(Component):
@@ -92,14 +92,11 @@ class CmgCluster(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        conditions = vehicle.storage_conditions(self, p)
-        for name in ("gimbal_rate_limit", "wheel_torque_limit"):
-            unit = next(v.unit for v in self.parameters if v.name == name)
-            for i in range(vars(p)[name].numel()):
-                value = vars(p)[name][i]
-                conditions.append(Condition(value, f"{name}[{i + 1}] = {{}} {unit}: it must be positive.", (value,)))
-        zone = p.gimbal_dead_zone
-        conditions.append(Condition(zone >= 0, "gimbal_dead_zone = {} rad/s: it must not be negative.", (zone,)))
+        conditions = [
+            *vehicle.storage_conditions(self, p),
+            *positive(self, p, "gimbal_rate_limit", "wheel_torque_limit"),
+            *not_negative(self, p, "gimbal_dead_zone"),
+        ]
         step = vars(p)["solver.step"]
         text = "gimbal_lag = {} s: it must be 0 or at least half the internal step, solver.step = {} s."
         fits = ca.logic_or(p.gimbal_lag == 0, p.gimbal_lag >= step / 2)

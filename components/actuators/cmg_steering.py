@@ -30,7 +30,7 @@ import casadi as ca
 from ..attitude import allocation, axes
 from ..attitude.limits import saturated
 from ..attitude.vectors import length
-from ..framework import Component, Condition, Input, Output, Parameter
+from ..framework import Component, Condition, Input, Output, Parameter, flag_conditions, not_negative, positive
 from ..vehicle import DEGREE, MomentumStorage
 
 
@@ -108,14 +108,13 @@ class CmgSteering(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        conditions = axes.axis_conditions("spin_axes_B", p.spin_axes_B)
-        positive = ("rotor_momentum", "wheel_inertia", "gimbal_rate_limit", "wheel_torque_limit", "plane_torque_limit")
-        for name in (*positive, "lambda_0"):
-            unit = next(v.unit for v in self.parameters if v.name == name)
-            least = ca.mmin(vars(p)[name])
-            conditions.append(Condition(least, f"{name} has an element {{}} {unit}. All must be positive.", (least,)))
-        text = "gimbal_dead_zone = {} rad/s: it must not be negative."
-        conditions.append(Condition(p.gimbal_dead_zone >= 0, text, (p.gimbal_dead_zone,)))
+        limits = ("gimbal_rate_limit", "wheel_torque_limit", "plane_torque_limit")
+        conditions = [
+            *axes.axis_conditions("spin_axes_B", p.spin_axes_B),
+            *positive(self, p, "rotor_momentum", "wheel_inertia", *limits, "lambda_0"),
+            *not_negative(self, p, "gimbal_dead_zone", "hand_over_time", "alpha"),
+            *flag_conditions(self, p, "trim_wheels", "hand_over"),
+        ]
         text = "near = {} deg, far = {} deg: far > near is needed."
         conditions.append(Condition(p.far - p.near, text, (p.near / DEGREE, p.far / DEGREE)))
         text = "k_0 = {}: it must be between -1 and 1, so that V is positive definite."

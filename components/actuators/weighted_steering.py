@@ -22,7 +22,7 @@ import casadi as ca
 from .. import vehicle
 from ..attitude import allocation, cmg
 from ..attitude.vectors import smallest_eigenvalue
-from ..framework import Component, Condition, Input, Output, Parameter
+from ..framework import Component, Condition, Input, Output, Parameter, positive
 
 
 class WeightedSteering(Component):
@@ -55,12 +55,10 @@ class WeightedSteering(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        conditions = vehicle.storage_conditions(self, p)
-        for name in ("gimbal_weight", "wheel_weight"):
-            variable = next(v for v in self.parameters if v.name == name)
-            least = ca.mmin(ca.vertcat(1, vars(p)[name])) if variable.size else ca.SX(1)
-            text = f"{name} has an element {{}} {variable.unit}: every one must be positive."
-            conditions.append(Condition(least, text, (least,)))
+        conditions = [
+            *vehicle.storage_conditions(self, p),
+            *positive(self, p, "gimbal_weight", "wheel_weight"),
+        ]
         axes, _ = self._axes(u, p)
         every = ca.horzcat(axes, p.spin_axes_B)
         least = smallest_eigenvalue(every @ every.T)

@@ -31,7 +31,17 @@ from .. import vehicle
 from ..attitude import euler, quaternion
 from ..attitude.rbf import gaussian
 from ..attitude.vectors import length
-from ..framework import AttitudeController, Component, Condition, Input, Output, Parameter, State
+from ..framework import (
+    AttitudeController,
+    Component,
+    Condition,
+    Input,
+    Output,
+    Parameter,
+    State,
+    not_negative,
+    positive,
+)
 from ..vehicle import DEGREE
 
 WIDE, MIDDLE = [-0.25, -0.17, -0.08, 0, 0.08, 0.17, 0.25], [-0.15, -0.1, -0.05, 0, 0.05, 0.1, 0.15]
@@ -165,13 +175,13 @@ class EulerTracking(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        conditions = [*vehicle.attitude_conditions(u), *vehicle.inertia_conditions(p.J)]
-        for name in ("angle_unit", "sigma", "width", "rate_width"):
-            value = vars(p)[name]
-            unit = next(v.unit for v in self.parameters if v.name == name)
-            conditions.append(Condition(value, f"{name} = {{}} {unit}: it must be positive.", (value,)))
-        for name, value, unit in (("hold_step", p.hold_step, "s"), ("mu_hat", x.mu_hat, "1/s2")):
-            conditions.append(Condition(value >= 0, f"{name} = {{}} {unit}: it must not be negative.", (value,)))
+        conditions = [
+            *vehicle.attitude_conditions(u),
+            *vehicle.inertia_conditions(p.J),
+            *positive(self, p, "angle_unit", "Lambda", "sigma", "width", "rate_width"),
+            *not_negative(self, p, "K", "tau_w", "tau_mu", "beta", "gamma", "hold_step"),
+            Condition(x.mu_hat >= 0, "mu_hat = {} 1/s2: it must not be negative.", (x.mu_hat,)),
+        ]
         for name, q in (("q_BN", u.q_BN), ("q_RN", u.q_RN)):
             pitch = euler.angles_123(q)[1]
             text = f"pitch of {name} is {{}} deg at the start: the law has Euler angles 1-2-3, singular at +-90 deg."

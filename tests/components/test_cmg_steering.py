@@ -147,8 +147,8 @@ def test_more_gyros():
 REFUSALS = {
     "spin axes": ({"spin_axes_B": np.diag([1, 1, 2.0])}, ["spin_axes_B", "2", "unit vector"]),
     "span": ({"spin_axes_B": [[1, 0, 1], [0, 1, 0], [0, 0, 0]]}, ["spin_axes_B", "do not span"]),
-    "momentum": ({"rotor_momentum": [15, 0]}, ["rotor_momentum has an element 0 N.m.s", "positive"]),
-    "limit": ({"wheel_torque_limit": [0.25, -1, 0.25]}, ["wheel_torque_limit has an element -1 N.m"]),
+    "momentum": ({"rotor_momentum": [15, 0]}, ["rotor_momentum[2] = 0 N.m.s: it must be positive"]),
+    "limit": ({"wheel_torque_limit": [0.25, -1, 0.25]}, ["wheel_torque_limit[2] = -1 N.m: it must be positive"]),
     "dead zone": ({"gimbal_dead_zone": -0.1}, ["gimbal_dead_zone = -0.1 rad/s", "must not be negative"]),
     "hand-over": ({"far": 0.0}, ["near = 0.3 deg, far = 0 deg", "far > near"]),
     "weights": ({"k_0": 1.0}, ["k_0 = 1", "V is positive definite"]),

@@ -197,8 +197,8 @@ def test_figures_of_the_loop_as_one_ode(name):
         ({"rotor_axes_B": 2.0 * system.ROTOR_AXES}, "axis 1 of rotor_axes_B has length 2, a unit vector"),
         ({"gimbal_axes_B": 0.5 * system.GIMBAL_AXES}, "axis 1 of gimbal_axes_B has length 0.5, a unit vector"),
         ({"J": -np.eye(3)}, "J is not positive definite"),
-        ({"d": 0.0}, "d has an element 0 1: every one must be positive"),
-        ({"wheel_weight": (1.0, -1.0, 1.0)}, "wheel_weight has an element -1 1/s2: every one must be positive"),
+        ({"d": 0.0}, "d = 0: it must be positive"),
+        ({"wheel_weight": (1.0, -1.0, 1.0)}, "wheel_weight[2] = -1 1/s2: it must be positive"),
         ({"alpha_F": -1.0}, "alpha_F = -1 kg2.m4/s: it must not be negative"),
     ],
 )

@@ -84,6 +84,14 @@ def test_the_linear_loop_is_stable_for_the_true_inertia_too():
         assert np.linalg.eigvals(A + B @ G).real.max() < -0.04
 
 
+@pytest.mark.parametrize("wrong", [{"G_e": np.eye(3)}, {"G_omega": 30 * np.eye(3)}], ids=lambda v: next(iter(v)))
+def test_a_gain_whose_sign_is_refused_would_be_unstable(wrong):
+    A, B = model()
+    gains = {n: start(LAW, n) for n in ("G_e", "G_eta", "G_omega", "G_eta_dot")} | wrong
+    assert np.linalg.eigvals(A + B @ np.hstack(list(gains.values()))).real.max() > 0.01
+    assert len(Point(LAW, **wrong).violated()) == 1
+
+
 def test_surface_and_its_integral():
     """sigma = D x - I, I(0) = D x(0), I' = D (A + B G) x, s = (D B)^T sigma, with A, B from the mass matrix."""
     A, B = model()
@@ -199,6 +207,14 @@ REFUSALS = {
     "constant gain": ({"constant_gain": -0.1}, ["constant_gain = -0.1 N.m", "must not be negative"]),
     "gamma": ({"gamma_W": -1.0}, ["gamma_W = -1 1/s", "must not be negative"]),
     "network": ({"network": 0.5}, ["network = 0.5", "0 or 1"]),
+    "sign of G_e": (
+        {"G_e": np.diag([-3.0, 1.0, -3.0])},
+        ["-G_e is not positive definite (smallest eigenvalue of its symmetric part -1 N.m/rad)", "sign of G_e"],
+    ),
+    "sign of G_omega": (
+        {"G_omega": 30 * np.eye(3)},
+        ["-G_omega is not positive definite (smallest eigenvalue of its symmetric part -30 N.m.s/rad)", "G_omega w"],
+    ),
     "surface": ({"D_omega": np.zeros((3, 3)), "D_eta_dot": np.zeros((3, 4))}, ["D B is singular"]),
 }
 

@@ -117,11 +117,23 @@ def test_any_number_of_modes(modes):
     assert point.outputs()["eta"].shape == (modes,)
 
 
+def test_gains_of_the_wrong_sign_are_refused():
+    """The sum of the poles of A - L C grows from sum(POLES) to as much above that of A as it was below."""
+    wrong = {name: -value for name, value in gains().items()}
+    damping = np.sum(2 * VEHICLE["zeta"] * VEHICLE["Omega"])
+    (message,) = Point(OBSERVER, **wrong).violated()
+    words, number = message.split("tr(A - L C), is ")
+    assert words.startswith("L_eta, L_psi let the error of the estimate grow")
+    assert_allclose(float(number.split(" 1/s")[0]), -2 * damping - np.sum(POLES).real, rtol=1e-5)
+    assert Point(OBSERVER, **gains()).violated() == []
+    assert Point(OBSERVER, zeta=0.0).violated() == []
+
+
 def test_refusals():
     cases = {
         "J is not symmetric": {"J": [[70, 3, 4], [0, 60, 5], [4, 5, 90]]},
         "J - delta^T delta is not positive definite": {"J": np.diag([40.0, 60, 90])},
-        "Omega has an element -1 rad/s": {"Omega": [-1, 1, 1, 1]},
+        "Omega[1] = -1 rad/s: it must not be negative.": {"Omega": [-1, 1, 1, 1]},
     }
     for words, values in cases.items():
         messages = Point(OBSERVER, **values).violated()

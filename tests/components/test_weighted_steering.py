@@ -69,8 +69,8 @@ def test_weight_of_the_wheels_keeps_gimbal_rates_small_near_a_singular_direction
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        ({"gimbal_weight": [1, 0, 1, 1]}, "gimbal_weight has an element 0 1: every one must be positive."),
-        ({"wheel_weight": [1, -2, 1]}, "wheel_weight has an element -2 1/s2: every one must be positive."),
+        ({"gimbal_weight": [1, 0, 1, 1]}, "gimbal_weight[2] = 0: it must be positive."),
+        ({"wheel_weight": [1, -2, 1]}, "wheel_weight[2] = -2 1/s2: it must be positive."),
         ({"rotor_momentum": [8, 8, 0, 8]}, "rotor_momentum[3] = 0 N.m.s: it must be positive."),
         ({"spin_axes_B": 2 * np.eye(3)}, "axis 1 of spin_axes_B has length 2"),
     ],
