@@ -23,6 +23,7 @@ LAWS = {
     "geng2012-linear": outside.Law(),
     "geng2012-printed-gain": outside.Law(printed=True),
     "geng2012-z-wheel-only": outside.Law(trim=False),
+    "geng2012-end-phase-wheels": outside.Law(end_phase=True),
 }
 
 
@@ -110,6 +111,7 @@ def test_other_figures_of_the_equations_file(runs):
     compensated, constant = runs["geng2012-compensated"], runs["geng2012-uncompensated"]
     assert_allclose(settled(runs["geng2012-linear"]), 34.5, atol=0.5)
     assert_allclose(settled(runs["geng2012-z-wheel-only"]), 68.6, atol=0.5)
+    assert_allclose(settled(runs["geng2012-end-phase-wheels"]), 36.1, atol=0.5)
     assert np.abs(attitude_error(runs["geng2012-printed-gain"])).max(axis=1).min() > 59
     assert settled(runs["geng2012-uncompensated-weak"]) is None
     assert_allclose(np.abs(attitude_error(runs["geng2012-printed-gamma"])[4000]).max(), 0.61, atol=0.01)
@@ -120,6 +122,19 @@ def test_other_figures_of_the_equations_file(runs):
     assert_allclose(np.abs(rates(constant)[5000]).max(), 0.013, atol=0.001)
     for run, expected in ((compensated, 8e-4), (constant, 1.3e-3)):
         assert_allclose(np.abs(run["plant.eta"][4000:5001]).max(), expected, rtol=0.05)
+
+
+def test_wheels_in_the_end_phase_only(runs):
+    """They rest until |e| + 4 s |w| is below 1 deg, then they trim: it settles when the outside model does."""
+    run = runs["geng2012-end-phase-wheels"]
+    away = np.linalg.norm(attitude_error(run), axis=1) + 4 * np.linalg.norm(rates(run), axis=1)
+    plane = np.abs(run["steering.wheel_acceleration_command"][:, :2]).max(axis=1)
+    begin = run.time[np.argmax(away < 1)]
+    assert 15 < begin < settled(run)
+    assert not plane[away > 1.01].any()
+    assert plane[away < 0.99].min() > 0
+    t, e, _, _, _ = outside.fly(LAWS["geng2012-end-phase-wheels"], 45.0, 0.02)
+    assert_allclose(settled(run), outside.settled(t, e), atol=0.03)  # both are read off a grid: 10 ms, 20 ms
 
 
 def test_verdicts(runs):
