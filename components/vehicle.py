@@ -21,8 +21,7 @@ import casadi as ca
 import numpy as np
 
 from .attitude import cmg, euler
-from .attitude.allocation import spanning_condition
-from .attitude.axes import axis_conditions
+from .attitude.axes import axis_conditions, spanning_condition
 from .attitude.vectors import asymmetry, smallest_eigenvalue
 from .framework import Component, Condition, Parameter, not_negative, positive
 
@@ -107,6 +106,18 @@ class MomentumStorage:
     wheel_inertia = Parameter(unit="kg.m2", shape=("wheels",), start=0.02, doc="inertia of a wheel about its spin axis")
 
 
+class StorageLimits:
+    """What gyros and wheels can do, as a cluster and its steering know it; the start values are no limit."""
+
+    gimbal_rate_limit = Parameter(
+        unit="rad/s", shape=("gimbals",), start=1e9, display_unit="deg/s", doc="largest gimbal rate, 1e9: none"
+    )
+    gimbal_dead_zone = Parameter(unit="rad/s", display_unit="deg/s", doc="gimbal rates below this are not carried out")
+    wheel_torque_limit = Parameter(
+        unit="N.m", shape=("wheels",), start=1e9, doc="largest motor torque of a wheel, 1e9: none"
+    )
+
+
 _ANGLES = DEGREE * ca.DM([0.25, 0.15, -0.20])
 _ANGLE_RATES = DEGREE * ca.DM([0.02, 0.01, -0.02])
 START_Q_BN = euler.quaternion_from_123(_ANGLES).full().ravel()
@@ -172,3 +183,9 @@ def storage_conditions(component: Component, p: Any) -> list[Condition]:
     every = ca.horzcat(p.rotor_axes_B, cmg.transverse(p.gimbal_axes_B, p.rotor_axes_B), p.spin_axes_B)
     conditions.append(spanning_condition("rotor, transverse and spin axes together", every))
     return [*conditions, *positive(component, p, "rotor_momentum", "wheel_inertia")]
+
+
+def limit_conditions(component: Component, p: Any) -> list[Condition]:
+    """Return the conditions on the parameters of `StorageLimits`."""
+    limits = positive(component, p, "gimbal_rate_limit", "wheel_torque_limit")
+    return [*limits, *not_negative(component, p, "gimbal_dead_zone")]

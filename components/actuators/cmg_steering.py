@@ -32,7 +32,7 @@ from ..attitude import allocation, axes
 from ..attitude.limits import saturated
 from ..attitude.vectors import length
 from ..framework import Component, Condition, Input, Output, Parameter, flag_conditions, not_negative, positive
-from ..vehicle import DEGREE, MomentumStorage
+from ..vehicle import DEGREE, MomentumStorage, StorageLimits, limit_conditions
 
 
 class CmgSteering(Component):
@@ -42,14 +42,10 @@ class CmgSteering(Component):
     rotor_momentum = replace(MomentumStorage.rotor_momentum, start=15.0)
     spin_axes_B = MomentumStorage.spin_axes_B
     wheel_inertia = MomentumStorage.wheel_inertia
-    gimbal_rate_limit = Parameter(
-        unit="rad/s", shape=("gimbals",), start=3.5 / 15, display_unit="deg/s", doc="largest gimbal rate"
-    )
-    gimbal_dead_zone = Parameter(
-        unit="rad/s", start=0.02 * DEGREE, display_unit="deg/s", doc="gimbal rates below this are not commanded"
-    )
+    gimbal_rate_limit = replace(StorageLimits.gimbal_rate_limit, start=3.5 / 15)
+    gimbal_dead_zone = replace(StorageLimits.gimbal_dead_zone, start=0.02 * DEGREE)
     plane_torque_limit = Parameter(unit="N.m", start=3.5, doc="largest torque commanded in the x-y plane")
-    wheel_torque_limit = Parameter(unit="N.m", shape=("wheels",), start=0.25, doc="largest motor torque of a wheel")
+    wheel_torque_limit = replace(StorageLimits.wheel_torque_limit, start=0.25)
     trim_wheels = Parameter(
         unit="1",
         start=1.0,
@@ -115,11 +111,11 @@ class CmgSteering(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        limits = ("gimbal_rate_limit", "wheel_torque_limit", "plane_torque_limit")
         conditions = [
             *axes.axis_conditions("spin_axes_B", p.spin_axes_B),
-            *positive(self, p, "rotor_momentum", "wheel_inertia", *limits, "lambda_0"),
-            *not_negative(self, p, "gimbal_dead_zone", "hand_over_time", "alpha"),
+            *limit_conditions(self, p),
+            *positive(self, p, "rotor_momentum", "wheel_inertia", "plane_torque_limit", "lambda_0"),
+            *not_negative(self, p, "hand_over_time", "alpha"),
             *flag_conditions(self, p, "hand_over"),
         ]
         mode = p.trim_wheels
