@@ -41,10 +41,10 @@ UNLIMITED = 1e9
 
 
 def _axes(component: Any) -> np.ndarray:
-    """Return the body axes; of four or more wheels, a pyramid about z whose axes lie 35.26 deg above its base."""
+    """Return the body axes for three wheels; else a pyramid about z whose axes lie 35.26 deg above its base."""
     n = component.wheels
-    if n <= 3:
-        return np.eye(3)[:, :n]
+    if n == 3:
+        return np.eye(3)
     angle = 2 * np.pi * np.arange(n) / n
     return np.vstack([np.sqrt(2 / 3) * np.cos(angle), np.sqrt(2 / 3) * np.sin(angle), np.full(n, np.sqrt(1 / 3))])
 
