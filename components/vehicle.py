@@ -130,7 +130,7 @@ def inertia_conditions(J: Any) -> list[Condition]:
     others = ca.trace(J) - largest
     return [
         Condition(
-            1e-9 * ca.mmax(ca.fabs(J)) - asymmetry(J),
+            asymmetry(J) <= 1e-9 * ca.mmax(ca.fabs(J)),
             "J is not symmetric: elements that mirror each other differ by {} kg.m2. Give both the same value.",
             (asymmetry(J),),
         ),
@@ -150,16 +150,14 @@ def inertia_conditions(J: Any) -> list[Condition]:
 
 def flexible_conditions(component: Component, p: Any) -> list[Condition]:
     """Return the conditions on the parameters of a flexible vehicle."""
-    hub = p.J - p.delta.T @ p.delta
-    conditions = [
-        *inertia_conditions(p.J),
-        Condition(
-            smallest_eigenvalue(hub),  # (1)
-            "J - delta^T delta is not positive definite (smallest eigenvalue {} kg.m2). "
-            "The modes hold more inertia than J.",
-            (smallest_eigenvalue(hub),),
-        ),
-    ]
+    conditions = inertia_conditions(p.J)
+    if component.structure["modes"]:
+        least = smallest_eigenvalue(p.J - p.delta.T @ p.delta)  # (1)
+        text = (
+            "J - delta^T delta is not positive definite (smallest eigenvalue {} kg.m2). The modes hold more inertia "
+            "than J."
+        )
+        conditions.append(Condition(least, text, (least,)))
     return [*conditions, *not_negative(component, p, "Omega", "zeta")]
 
 

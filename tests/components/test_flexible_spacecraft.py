@@ -214,5 +214,11 @@ def test_inertia_of_no_body_is_refused_in_any_axes(turn):
     ]
 
 
+def test_no_inertia_is_said_in_one_message():
+    """It is symmetric, its moments are no triangle's fault, and without modes there is nothing that they could hold."""
+    (message,) = Point(FlexibleSpacecraft(modes=0), J=np.zeros((3, 3))).violated()
+    assert message == "J is not positive definite (smallest eigenvalue 0 kg.m2). Check its diagonal."
+
+
 def test_undamped_and_fixed_modes_are_allowed():
     assert Point(FlexibleSpacecraft(), zeta=np.zeros(8), Omega=np.zeros(8)).violated() == []
