@@ -21,10 +21,9 @@ import casadi as ca
 import numpy as np
 
 from .attitude import cmg, euler
-from .attitude.allocation import spanning_condition
-from .attitude.axes import axis_conditions
+from .attitude.axes import axis_conditions, spanning_condition
 from .attitude.vectors import asymmetry, smallest_eigenvalue
-from .framework import Component, Condition, Parameter
+from .framework import Component, Condition, Parameter, not_negative, positive
 
 DEGREE = np.pi / 180
 INERTIA = np.array([[420.8, 3.6, -4.2], [3.6, 410.6, 9.4], [-4.2, 9.4, 690.7]])
@@ -107,6 +106,18 @@ class MomentumStorage:
     wheel_inertia = Parameter(unit="kg.m2", shape=("wheels",), start=0.02, doc="inertia of a wheel about its spin axis")
 
 
+class StorageLimits:
+    """What gyros and wheels can do, as a cluster and its steering know it; the start values are no limit."""
+
+    gimbal_rate_limit = Parameter(
+        unit="rad/s", shape=("gimbals",), start=1e9, display_unit="deg/s", doc="largest gimbal rate, 1e9: none"
+    )
+    gimbal_dead_zone = Parameter(unit="rad/s", display_unit="deg/s", doc="gimbal rates below this are not carried out")
+    wheel_torque_limit = Parameter(
+        unit="N.m", shape=("wheels",), start=1e9, doc="largest motor torque of a wheel, 1e9: none"
+    )
+
+
 _ANGLES = DEGREE * ca.DM([0.25, 0.15, -0.20])
 _ANGLE_RATES = DEGREE * ca.DM([0.02, 0.01, -0.02])
 START_Q_BN = euler.quaternion_from_123(_ANGLES).full().ravel()
@@ -119,7 +130,7 @@ def inertia_conditions(J: Any) -> list[Condition]:
     others = ca.trace(J) - largest
     return [
         Condition(
-            1e-9 * ca.mmax(ca.fabs(J)) - asymmetry(J),
+            asymmetry(J) <= 1e-9 * ca.mmax(ca.fabs(J)),
             "J is not symmetric: elements that mirror each other differ by {} kg.m2. Give both the same value.",
             (asymmetry(J),),
         ),
@@ -139,21 +150,15 @@ def inertia_conditions(J: Any) -> list[Condition]:
 
 def flexible_conditions(component: Component, p: Any) -> list[Condition]:
     """Return the conditions on the parameters of a flexible vehicle."""
-    hub = p.J - p.delta.T @ p.delta
-    conditions = [
-        *inertia_conditions(p.J),
-        Condition(
-            smallest_eigenvalue(hub),  # (1)
-            "J - delta^T delta is not positive definite (smallest eigenvalue {} kg.m2). "
-            "The modes hold more inertia than J.",
-            (smallest_eigenvalue(hub),),
-        ),
-    ]
+    conditions = inertia_conditions(p.J)
     if component.structure["modes"]:
-        for name, values, unit in (("Omega", p.Omega, "rad/s"), ("zeta", p.zeta, "1")):
-            text = f"{name} has an element {{}} {unit}. No element may be negative."
-            conditions.append(Condition(ca.mmin(values) >= 0, text, (ca.mmin(values),)))
-    return conditions
+        least = smallest_eigenvalue(p.J - p.delta.T @ p.delta)  # (1)
+        text = (
+            "J - delta^T delta is not positive definite (smallest eigenvalue {} kg.m2). The modes hold more inertia "
+            "than J."
+        )
+        conditions.append(Condition(least, text, (least,)))
+    return [*conditions, *not_negative(component, p, "Omega", "zeta")]
 
 
 def quaternion_condition(name: str, q: Any) -> Condition:
@@ -175,9 +180,10 @@ def storage_conditions(component: Component, p: Any) -> list[Condition]:
         conditions += axis_conditions(name, vars(p)[name], spanning=False)
     every = ca.horzcat(p.rotor_axes_B, cmg.transverse(p.gimbal_axes_B, p.rotor_axes_B), p.spin_axes_B)
     conditions.append(spanning_condition("rotor, transverse and spin axes together", every))
-    for name in ("rotor_momentum", "wheel_inertia"):
-        unit = next(v.unit for v in component.parameters if v.name == name)
-        for i in range(vars(p)[name].numel()):
-            value = vars(p)[name][i]
-            conditions.append(Condition(value, f"{name}[{i + 1}] = {{}} {unit}: it must be positive.", (value,)))
-    return conditions
+    return [*conditions, *positive(component, p, "rotor_momentum", "wheel_inertia")]
+
+
+def limit_conditions(component: Component, p: Any) -> list[Condition]:
+    """Return the conditions on the parameters of `StorageLimits`."""
+    limits = positive(component, p, "gimbal_rate_limit", "wheel_torque_limit")
+    return [*limits, *not_negative(component, p, "gimbal_dead_zone")]

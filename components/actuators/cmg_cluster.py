@@ -17,7 +17,7 @@ at the start were chosen, without deviation.
 Invariants: the total momentum of body and cluster, for any deviation: tau_B is what h_B loses.
 Limits: no inertia of the gimbals, no friction; J of the vehicle contains the rotors and does not move with gamma; the
 speed of a wheel has no limit. Deviations are element by element, as the paper has them: s_i0 need not stay a unit
-vector, so that they can stand for an error of h too.
+vector, so that they can stand for an error of h too; what leaves a gyro or a wheel no momentum is refused.
 """
 
 from typing import Any
@@ -25,7 +25,7 @@ from typing import Any
 import casadi as ca
 
 from .. import vehicle
-from ..attitude import allocation, cmg
+from ..attitude import allocation, axes, cmg
 from ..attitude.limits import saturated
 from ..framework import ActuatorCluster, Component, Condition, Input, Output, Parameter, State
 
@@ -38,14 +38,10 @@ class CmgCluster(Component):
     rotor_deviation = Parameter(unit="1", shape=(3, "gimbals"), doc="ds, true minus nominal rotor axes")
     transverse_deviation = Parameter(unit="1", shape=(3, "gimbals"), doc="dt, true minus nominal transverse axes")
     spin_deviation = Parameter(unit="1", shape=(3, "wheels"), doc="da, true minus nominal spin axes")
-    gimbal_rate_limit = Parameter(
-        unit="rad/s", shape=("gimbals",), start=1e9, display_unit="deg/s", doc="largest gimbal rate, 1e9: none"
-    )
-    gimbal_dead_zone = Parameter(unit="rad/s", display_unit="deg/s", doc="gimbal rates below this are not carried out")
+    gimbal_rate_limit = vehicle.StorageLimits.gimbal_rate_limit
+    gimbal_dead_zone = vehicle.StorageLimits.gimbal_dead_zone
     gimbal_lag = Parameter(unit="s", doc="T, time constant of the gimbal servos, 0: none")
-    wheel_torque_limit = Parameter(
-        unit="N.m", shape=("wheels",), start=1e9, doc="largest motor torque of a wheel, 1e9: none"
-    )
+    wheel_torque_limit = vehicle.StorageLimits.wheel_torque_limit
 
     gimbal_rate_command = Input(
         unit="rad/s", shape=("gimbals",), display_unit="deg/s", nominal=1e-2, doc="gimbal rates wanted"
@@ -92,18 +88,31 @@ class CmgCluster(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        conditions = vehicle.storage_conditions(self, p)
-        for name in ("gimbal_rate_limit", "wheel_torque_limit"):
-            unit = next(v.unit for v in self.parameters if v.name == name)
-            for i in range(vars(p)[name].numel()):
-                value = vars(p)[name][i]
-                conditions.append(Condition(value, f"{name}[{i + 1}] = {{}} {unit}: it must be positive.", (value,)))
-        zone = p.gimbal_dead_zone
-        conditions.append(Condition(zone >= 0, "gimbal_dead_zone = {} rad/s: it must not be negative.", (zone,)))
+        conditions = [
+            *vehicle.storage_conditions(self, p),
+            *vehicle.limit_conditions(self, p),
+            *self._axis_conditions(p),
+        ]
         step = vars(p)["solver.step"]
         text = "gimbal_lag = {} s: it must be 0 or at least half the internal step, solver.step = {} s."
         fits = ca.logic_or(p.gimbal_lag == 0, p.gimbal_lag >= step / 2)
         return [*conditions, Condition(fits, text, (p.gimbal_lag, step))]
+
+    def _axis_conditions(self, p: Any) -> list[Condition]:
+        """Return the conditions that deviations leave every gyro and wheel a momentum, and the cluster three axes."""
+        s_0, t_0, a = self._true_axes(p)
+        checked: list[tuple[str, Any]] = []
+        for i in range(self.gimbals):
+            text = f"rotor_deviation leaves gyro {i + 1} no rotor axis: rotor_axes_B + rotor_deviation has length {{}}"
+            checked.append((text, ca.norm_2(s_0[:, i])))
+            text = f"transverse_deviation leaves gyro {i + 1} no plane to turn its momentum in: |s_0 x t_0| is {{}}"
+            checked.append((text, ca.norm_2(ca.cross(s_0[:, i], t_0[:, i]))))
+        for j in range(self.wheels):
+            text = f"spin_deviation leaves wheel {j + 1} no spin axis: spin_axes_B + spin_deviation has length {{}}"
+            checked.append((text, ca.norm_2(a[:, j])))
+        conditions = [Condition(size - 1e-3, f"{text}, more than 0.001 is needed.", (size,)) for text, size in checked]
+        every = ca.horzcat(s_0, t_0, a)
+        return [*conditions, axes.spanning_condition("rotor, transverse and spin axes with their deviations", every)]
 
     def _rates_wanted(self, u: Any, p: Any) -> Any:
         limited = allocation.limited(u.gimbal_rate_command, p.gimbal_rate_limit)
@@ -112,12 +121,16 @@ class CmgCluster(Component):
     def _accelerations(self, u: Any, p: Any) -> Any:
         return saturated(u.wheel_acceleration_command, p.wheel_torque_limit / p.wheel_inertia)  # (6)
 
+    def _true_axes(self, p: Any) -> tuple[Any, Any, Any]:
+        """Return s_0, t_0 and a."""
+        t_0 = cmg.transverse(p.gimbal_axes_B, p.rotor_axes_B)
+        return p.rotor_axes_B + p.rotor_deviation, t_0 + p.transverse_deviation, p.spin_axes_B + p.spin_deviation  # (1)
+
     def _directions(self, x: Any, p: Any) -> tuple[Any, Any]:
-        s_0 = p.rotor_axes_B + p.rotor_deviation  # (1)
-        t_0 = cmg.transverse(p.gimbal_axes_B, p.rotor_axes_B) + p.transverse_deviation  # (1)
+        s_0, t_0, _ = self._true_axes(p)
         return cmg.rotated(s_0, t_0, x.gimbal_angle)
 
     def _momentum(self, x: Any, p: Any) -> Any:
         s, _ = self._directions(x, p)
-        wheels = (p.spin_axes_B + p.spin_deviation) @ (p.wheel_inertia * x.wheel_speed)  # (1)
-        return s @ p.rotor_momentum + wheels  # (2)
+        _, _, a = self._true_axes(p)
+        return s @ p.rotor_momentum + a @ (p.wheel_inertia * x.wheel_speed)  # (2)

@@ -8,16 +8,17 @@ The gimbals turn about z, so that the gyros give torque in the x-y plane only. C
     lambda = lambda_0 exp(-alpha m),  k = k_0 cos(k_frequency t)                                  (5)
     V = lambda [1 k; k 1],  W = I + lambda (ones - I)                                             (6)
 gamma' is shortened, its direction kept, to the largest rate, then rates within the dead zone are not commanded. The
-wheels give what the gyros will not, each within its torque:
-    a = A_w^+ (u - u_gyros) / I_w,  u_gyros = [-h_0 A gamma'; 0]                                  (7)
-Without trim_wheels u - u_gyros has only its z part.
+wheels give what the gyros will not, each within its torque, in the plane only where b is 1:
+    a = -A_w^+ diag(b, b, 1) (u - u_gyros) / I_w,  u_gyros = [-h_0 A gamma'; 0]                   (7)
+    trim_wheels = 0: b = 0;  1: b = 1;  2: b = 1 in the end phase, where c of (3) is below 1, else 0      (8)
+With hand_over = 0 the gyros keep the whole command, c = 1 in (2); (8) still goes by (3).
 
 Symbols: u tau_command_B, gamma gimbal_angle from x, h_i rotor_momentum, e attitude_error, w omega_BN_B, A_w
 spin_axes_B, a wheel_acceleration_command, I_w wheel_inertia; all axes in B. W, V bring the gyros off a singularity.
 Source: Y. Geng, W. Wu, G. Ma, Neural network compensation of flexible satellite rapid maneuver, J. Harbin Inst. Tech.
-44(5), 2012: (4)-(6) and the cluster; the numbers here are this file's. Not in the paper: A normalised, (2), (3), wheels
-about x and y that trim all the time.
-Invariants: the command is met exactly where neither a wheel nor the plane's limit cuts it.
+44(5), 2012: (4)-(6) and the cluster; the numbers here are this file's. It prints a wheel about z, trim_wheels = 0, and
+says that wheels about x and y act in the end phase only, 2. Not in the paper: A normalised, (2), (3), trim_wheels = 1.
+Invariants: with trim_wheels = 1 the command is met exactly where neither a wheel nor the plane's limit cuts it.
 Limits: gyros with parallel gimbal axes; two equal ones have m = n (1 - n/4), n = |h|^2 / h_0^2, and are singular
 wherever their momentum h is zero. What a limit cuts is not made up for later.
 """
@@ -30,8 +31,8 @@ import casadi as ca
 from ..attitude import allocation, axes
 from ..attitude.limits import saturated
 from ..attitude.vectors import length
-from ..framework import Component, Condition, Input, Output, Parameter
-from ..vehicle import DEGREE, MomentumStorage
+from ..framework import Component, Condition, Input, Output, Parameter, flag_conditions, not_negative, positive
+from ..vehicle import DEGREE, MomentumStorage, StorageLimits, limit_conditions
 
 
 class CmgSteering(Component):
@@ -41,15 +42,15 @@ class CmgSteering(Component):
     rotor_momentum = replace(MomentumStorage.rotor_momentum, start=15.0)
     spin_axes_B = MomentumStorage.spin_axes_B
     wheel_inertia = MomentumStorage.wheel_inertia
-    gimbal_rate_limit = Parameter(
-        unit="rad/s", shape=("gimbals",), start=3.5 / 15, display_unit="deg/s", doc="largest gimbal rate"
-    )
-    gimbal_dead_zone = Parameter(
-        unit="rad/s", start=0.02 * DEGREE, display_unit="deg/s", doc="gimbal rates below this are not commanded"
-    )
+    gimbal_rate_limit = replace(StorageLimits.gimbal_rate_limit, start=3.5 / 15)
+    gimbal_dead_zone = replace(StorageLimits.gimbal_dead_zone, start=0.02 * DEGREE)
     plane_torque_limit = Parameter(unit="N.m", start=3.5, doc="largest torque commanded in the x-y plane")
-    wheel_torque_limit = Parameter(unit="N.m", shape=("wheels",), start=0.25, doc="largest motor torque of a wheel")
-    trim_wheels = Parameter(unit="1", start=1.0, doc="1: wheels give what the gyros do not, 0: their z part only")
+    wheel_torque_limit = replace(StorageLimits.wheel_torque_limit, start=0.25)
+    trim_wheels = Parameter(
+        unit="1",
+        start=1.0,
+        doc="1: wheels give what the gyros do not, 0: its z part only, 2: all of it in the end phase",
+    )
     hand_over = Parameter(unit="1", start=1.0, doc="1: the gyros fade out near the reference, 0: c = 1")
     near = Parameter(unit="rad", start=0.3 * DEGREE, display_unit="deg", doc="|e| + T |w| where c is 0")
     far = Parameter(unit="rad", start=1.0 * DEGREE, display_unit="deg", doc="|e| + T |w| where c is 1")
@@ -87,7 +88,8 @@ class CmgSteering(Component):
         lam, k = p.lambda_0 * ca.exp(-p.alpha * m), p.k_0 * ca.cos(p.k_frequency * t)  # (5)
         V = lam * ca.vertcat(ca.horzcat(1, k), ca.horzcat(k, 1))  # (6)
         W = lam * ca.SX.ones(self.gimbals, self.gimbals) + (1 - lam) * ca.SX.eye(self.gimbals)  # (6)
-        c = ca.if_else(p.hand_over > 0.5, self._share(u, p), 1)
+        share = self._share(u, p)
+        c = ca.if_else(p.hand_over > 0.5, share, 1)
         norm = length(u.tau_command_B[:2])
         over = norm > p.plane_torque_limit
         wanted = u.tau_command_B[:2] * ca.if_else(over, p.plane_torque_limit / ca.if_else(over, norm, 1), 1)  # (2)
@@ -95,7 +97,8 @@ class CmgSteering(Component):
         rates = allocation.dead_zone(allocation.limited(rates, p.gimbal_rate_limit), p.gimbal_dead_zone)
         gyros = ca.vertcat(-h_0 * A @ rates, 0)  # (7)
         missing = ca.vertcat(wanted, u.tau_command_B[2]) - gyros
-        rest = ca.if_else(p.trim_wheels > 0.5, missing, ca.vertcat(0, 0, missing[2]))
+        trimming = ca.if_else(p.trim_wheels > 1.5, share < 1, p.trim_wheels > 0.5)  # (8)
+        rest = ca.if_else(trimming, missing, ca.vertcat(0, 0, missing[2]))
         wheels = saturated(axes.pseudo_inverse(p.spin_axes_B) @ rest, p.wheel_torque_limit)  # (7)
         planned = gyros + p.spin_axes_B @ wheels
         return {
@@ -108,14 +111,16 @@ class CmgSteering(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        conditions = axes.axis_conditions("spin_axes_B", p.spin_axes_B)
-        positive = ("rotor_momentum", "wheel_inertia", "gimbal_rate_limit", "wheel_torque_limit", "plane_torque_limit")
-        for name in (*positive, "lambda_0"):
-            unit = next(v.unit for v in self.parameters if v.name == name)
-            least = ca.mmin(vars(p)[name])
-            conditions.append(Condition(least, f"{name} has an element {{}} {unit}. All must be positive.", (least,)))
-        text = "gimbal_dead_zone = {} rad/s: it must not be negative."
-        conditions.append(Condition(p.gimbal_dead_zone >= 0, text, (p.gimbal_dead_zone,)))
+        conditions = [
+            *axes.axis_conditions("spin_axes_B", p.spin_axes_B),
+            *limit_conditions(self, p),
+            *positive(self, p, "rotor_momentum", "wheel_inertia", "plane_torque_limit", "lambda_0"),
+            *not_negative(self, p, "hand_over_time", "alpha"),
+            *flag_conditions(self, p, "hand_over"),
+        ]
+        mode = p.trim_wheels
+        one = mode * (mode - 1) * (mode - 2) == 0
+        conditions.append(Condition(one, "trim_wheels = {}: it must be 0, 1 or 2.", (mode,)))
         text = "near = {} deg, far = {} deg: far > near is needed."
         conditions.append(Condition(p.far - p.near, text, (p.near / DEGREE, p.far / DEGREE)))
         text = "k_0 = {}: it must be between -1 and 1, so that V is positive definite."

@@ -24,17 +24,27 @@ import numpy as np
 
 from ..attitude.axes import axis_conditions, pseudo_inverse
 from ..attitude.limits import saturated, stopped
-from ..framework import ActuatorCluster, CalculatedParameter, Component, Condition, Output, Parameter, State
+from ..framework import (
+    ActuatorCluster,
+    CalculatedParameter,
+    Component,
+    Condition,
+    Output,
+    Parameter,
+    State,
+    not_negative,
+    positive,
+)
 
 TORQUE_LIMIT = 0.2
 UNLIMITED = 1e9
 
 
 def _axes(component: Any) -> np.ndarray:
-    """Return the body axes; of four or more wheels, a pyramid about z whose axes lie 35.26 deg above its base."""
+    """Return the body axes for three wheels; else a pyramid about z whose axes lie 35.26 deg above its base."""
     n = component.wheels
-    if n <= 3:
-        return np.eye(3)[:, :n]
+    if n == 3:
+        return np.eye(3)
     angle = 2 * np.pi * np.arange(n) / n
     return np.vstack([np.sqrt(2 / 3) * np.cos(angle), np.sqrt(2 / 3) * np.sin(angle), np.full(n, np.sqrt(1 / 3))])
 
@@ -83,15 +93,12 @@ class ReactionWheels(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        conditions = axis_conditions("spin_axes_B", p.spin_axes_B)
+        conditions = [
+            *axis_conditions("spin_axes_B", p.spin_axes_B),
+            *positive(self, p, "torque_limit", "momentum_limit", "rotor_inertia"),
+            *not_negative(self, p, "friction"),
+        ]
         for i in range(self.wheels):
-            for name in ("torque_limit", "momentum_limit", "rotor_inertia"):
-                unit = next(v.unit for v in self.parameters if v.name == name)
-                value = vars(p)[name][i]
-                conditions.append(Condition(value, f"{name}[{i + 1}] = {{}} {unit}: it must be positive.", (value,)))
-            value = p.friction[i]
-            text = f"friction[{i + 1}] = {{}} N.m.s/rad: it must not be negative."
-            conditions.append(Condition(value >= 0, text, (value,)))
             value, limit = x.wheel_momentum[i], p.momentum_limit[i]
             text = f"wheel_momentum[{i + 1}] = {{}} N.m.s at the start is beyond momentum_limit[{i + 1}] = {{}} N.m.s."
             conditions.append(Condition(limit - abs(value) >= 0, text, (value, limit)))

@@ -18,9 +18,6 @@ from typing import Any
 
 import casadi as ca
 
-from ..framework import Condition
-from .vectors import smallest_eigenvalue
-
 
 def weighted_inverse(A: Any, W: Any) -> Any:
     """Return W A^T (A W A^T)^-1."""
@@ -52,10 +49,3 @@ def singularity(A: Any) -> Any:
     if not A.numel():
         return ca.SX(1)
     return ca.det(A @ A.T if A.shape[1] >= A.shape[0] else A.T @ A)  # (5)
-
-
-def spanning_condition(what: str, A: Any) -> Condition:
-    """Return the condition that the columns of A span three dimensions."""
-    least = smallest_eigenvalue(A @ A.T)
-    text = f"{what} do not span three dimensions (smallest eigenvalue of A A^T {{}}). No torque about one axis."
-    return Condition(least - 1e-6, text, (least,))

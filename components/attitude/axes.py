@@ -15,10 +15,24 @@ import casadi as ca
 from ..framework import Condition
 from .vectors import smallest_eigenvalue
 
+SPANNING = 1e-6  # smallest eigenvalue of A A^T under which axes count as in a plane
+
 
 def pseudo_inverse(A: Any) -> Any:
     """Return A^+ of a matrix of full row rank."""
     return A.T @ ca.inv(A @ A.T)  # (1)
+
+
+def pseudo_inverse_or_zero(A: Any) -> Any:
+    """Return A^+, or zero where the columns of A do not span three dimensions."""
+    return ca.if_else(smallest_eigenvalue(A @ A.T) > SPANNING, pseudo_inverse(A), 0)
+
+
+def spanning_condition(what: str, A: Any, remedy: str = "No torque about one axis.") -> Condition:
+    """Return the condition that the columns of A span three dimensions."""
+    least = smallest_eigenvalue(A @ A.T)
+    text = f"{what} do not span three dimensions (smallest eigenvalue of A A^T {{}}). {remedy}"
+    return Condition(least - SPANNING, text, (least,))
 
 
 def axis_conditions(name: str, A: Any, spanning: bool = True) -> list[Condition]:
@@ -28,6 +42,4 @@ def axis_conditions(name: str, A: Any, spanning: bool = True) -> list[Condition]
     conditions = [
         Condition(1e-6 - ca.fabs(norm - 1), text.format(i + 1, name), (norm,)) for i, norm in enumerate(norms)
     ]
-    least = smallest_eigenvalue(A @ A.T)
-    text = f"axes {name} do not span three dimensions (smallest eigenvalue of A A^T {{}}). No torque about one axis."
-    return conditions + ([Condition(least - 1e-6, text, (least,))] if spanning else [])
+    return conditions + ([spanning_condition(f"axes {name}", A)] if spanning else [])

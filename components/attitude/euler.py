@@ -100,14 +100,6 @@ def angles_321(q_BN: Any) -> Any:
     return ca.vertcat(phi, th, psi)  # (6)
 
 
-def R_321(theta: Any) -> Any:
-    """Return R: body rate from the rates of the angles of sequence 3-2-1."""
-    phi, th, _ = ca.vertsplit(theta)
-    row_2 = ca.horzcat(0, ca.cos(phi), ca.sin(phi) * ca.cos(th))
-    row_3 = ca.horzcat(0, -ca.sin(phi), ca.cos(phi) * ca.cos(th))
-    return ca.vertcat(ca.horzcat(1, 0, -ca.sin(th)), row_2, row_3)  # (7)
-
-
 def _level(th: Any, floor: float) -> Any:
     level = ca.cos(th)
     return ca.if_else(level < 0, -1, 1) * ca.fmax(ca.fabs(level), floor)
@@ -124,4 +116,4 @@ def rates_321(theta: Any, omega: Any, floor: float = 0.0) -> Any:
     level = _level(th, floor)
     turn = ca.sin(phi) * omega[1] + ca.cos(phi) * omega[2]
     pitch = ca.cos(phi) * omega[1] - ca.sin(phi) * omega[2]
-    return ca.vertcat(omega[0] + ca.sin(th) / level * turn, pitch, turn / level)  # (7)
+    return ca.vertcat(omega[0] + ca.sin(th) / level * turn, pitch, turn / level)  # R^-1 omega of (7)

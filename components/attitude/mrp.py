@@ -1,15 +1,13 @@
 """Modified Rodrigues parameters sigma_BN = e tan(angle / 4).
 
-    dcm_BN = I - 4 (1 - s2) / (1 + s2)^2 skew(sigma) + 8 / (1 + s2)^2 skew(sigma)^2, s2 = |sigma|^2      (1)
+    sigma = q_v / (1 + q_0), q the scalar-first quaternion                                               (1)
     sigma' = G(sigma) omega_BN_B,  G = 1/4 [(1 - s2) I + 2 skew(sigma) + 2 sigma sigma^T]                (2)
     G' = 1/2 [skew(sigma') + sigma' sigma^T + sigma sigma'^T - (sigma' . sigma) I]                       (3)
     G^-1 = 16 / (1 + s2)^2 G^T                                                                           (4)
-    shadow set: -sigma / s2, the same attitude                                                           (5)
-    sigma = q_v / (1 + q_0), q the scalar-first quaternion                                               (6)
-
+with s2 = |sigma|^2. The shadow set -sigma / s2, the same attitude, is (1) of -q.
 Source: D. Ye, Z. Sun, Y. Liu, An adaptive control algorithm for hybrid actuator with installation deviation, J. Harbin
-Inst. Tech. 48(11), 2016: C(sigma), its equation (6), and G' above its (7); (5), (6) are textbook identities.
-Limits: singular at a full turn; (5) at s2 = 0 is infinite.
+Inst. Tech. 48(11), 2016: its equation (6), and G' above its (7); (1) is a textbook identity.
+Limits: singular at a full turn, q_0 = -1.
 """
 
 from typing import Any
@@ -19,13 +17,7 @@ import casadi as ca
 
 def from_quaternion(q_BN: Any) -> Any:
     """Return sigma_BN of a scalar-first quaternion, as it is signed."""
-    return q_BN[1:4] / (1 + q_BN[0])  # (6)
-
-
-def dcm(sigma: Any) -> Any:
-    """Return dcm_BN, which takes v_N to v_B."""
-    s2, S = ca.dot(sigma, sigma), ca.skew(sigma)
-    return ca.DM.eye(3) - 4 * (1 - s2) / (1 + s2) ** 2 * S + 8 / (1 + s2) ** 2 * S @ S  # (1)
+    return q_BN[1:4] / (1 + q_BN[0])  # (1)
 
 
 def G(sigma: Any) -> Any:
@@ -43,9 +35,3 @@ def G_dot(sigma: Any, sigma_dot: Any) -> Any:
 def G_inverse(sigma: Any) -> Any:
     """Return the inverse of G."""
     return 16 / (1 + ca.dot(sigma, sigma)) ** 2 * G(sigma).T  # (4)
-
-
-def shadow(sigma: Any) -> Any:
-    """Return the shadow set where |sigma| > 1, else sigma."""
-    s2 = ca.dot(sigma, sigma)
-    return sigma * ca.if_else(s2 > 1, -1 / ca.if_else(s2 > 1, s2, 1), 1)  # (5)

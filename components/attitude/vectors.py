@@ -1,6 +1,6 @@
-"""Cross products, lengths, symmetric 3 x 3 matrices.
+"""Lengths, symmetric 3 x 3 matrices.
 
-    skew(a) b = a x b                                                                             (1)
+    asymmetry of A: the largest |a_ij - a_ji|                                                     (1)
     |v| = sqrt(v . v), with slope 0 at v = 0                                                      (2)
     eigenvalues of a symmetric A: m + 2 r cos(phi - 2 pi k / 3), k = 0, 1, 2,                     (3)
         m = tr A / 3, r^2 = tr (A - m I)^2 / 6, cos 3 phi = det((A - m I) / r) / 2
@@ -12,11 +12,6 @@ Limits: (3) is exact to about 1e-8 of the largest eigenvalue where two are equal
 from typing import Any
 
 import casadi as ca
-
-
-def skew(a: Any) -> Any:
-    """Return the matrix of the cross product from the left."""
-    return ca.skew(a)  # (1)
 
 
 def length(v: Any) -> Any:
@@ -37,4 +32,4 @@ def smallest_eigenvalue(A: Any) -> Any:
 
 def asymmetry(A: Any) -> Any:
     """Return the largest difference between an element of a matrix and its mirror image."""
-    return ca.mmax(ca.fabs(A - A.T))
+    return ca.mmax(ca.fabs(A - A.T))  # (1)

@@ -38,7 +38,18 @@ from .. import vehicle
 from ..attitude import euler, quaternion
 from ..attitude.limits import floored, saturated
 from ..attitude.rbf import gaussian
-from ..framework import AttitudeController, Component, Condition, Input, Output, Parameter, State
+from ..framework import (
+    AttitudeController,
+    Component,
+    Condition,
+    Input,
+    Output,
+    Parameter,
+    State,
+    flag_conditions,
+    not_negative,
+    positive,
+)
 from ..vehicle import DEGREE
 
 INERTIA = [[1200.0, 0.0, 0.0], [0.0, 1000.0, 0.0], [0.0, 0.0, 1500.0]]
@@ -148,13 +159,13 @@ class AdaptiveL2Gain(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        conditions = [*vehicle.attitude_conditions(u), *vehicle.inertia_conditions(p.J)]
-        for name in ("time_unit", "p1", "gamma_l2", "c1", "c2", "g_min", "theta_width", "torque_limit"):
-            least = ca.mmin(vars(p)[name])
-            unit = next(v.unit for v in self.parameters if v.name == name)
-            conditions.append(Condition(least, f"{name} = {{}} {unit}: it must be positive.", (least,)))
-        text = "k_theta = {} 1: it must not be below -1/2."
-        conditions.append(Condition(p.k_theta + 0.5, text, (p.k_theta,)))
+        conditions = [
+            *vehicle.attitude_conditions(u),
+            *vehicle.inertia_conditions(p.J),
+            *positive(self, p, "time_unit", "p1", "gamma_l2", "c1", "c2", "g_min", "theta_width", "torque_limit"),
+            *not_negative(self, p, "k_theta"),
+            *flag_conditions(self, p, "normalised"),
+        ]
         law = self._law(x, u, p)
         for i, axis in enumerate(("roll", "pitch", "yaw")):
             text = (

@@ -31,7 +31,17 @@ from .. import vehicle
 from ..attitude import euler, quaternion
 from ..attitude.rbf import gaussian
 from ..attitude.vectors import length
-from ..framework import AttitudeController, Component, Condition, Input, Output, Parameter, State
+from ..framework import (
+    AttitudeController,
+    Component,
+    Condition,
+    Input,
+    Output,
+    Parameter,
+    State,
+    not_negative,
+    positive,
+)
 from ..vehicle import DEGREE
 
 WIDE, MIDDLE = [-0.25, -0.17, -0.08, 0, 0.08, 0.17, 0.25], [-0.15, -0.1, -0.05, 0, 0.05, 0.1, 0.15]
@@ -60,7 +70,7 @@ class Error:
 
     theta: Any
     theta_dot: Any
-    pitch_d: Any
+    theta_d: Any
     theta_d_ddot: Any  # in U per s2
     e: Any
     e_dot: Any
@@ -136,7 +146,7 @@ class EulerTracking(Component):
         theta_d_ddot = euler.acceleration_123(theta_d, theta_d_dot, u.omega_dot_RN_R, euler.LOCK)
         short = ca.atan2(ca.sin(theta - theta_d), ca.cos(theta - theta_d))
         U = p.angle_unit
-        return Error(theta, theta_dot, theta_d[1], theta_d_ddot / U, short / U, (theta_dot - theta_d_dot) / U)
+        return Error(theta, theta_dot, theta_d, theta_d_ddot / U, short / U, (theta_dot - theta_d_dot) / U)
 
     def adaptation(self, x: Any, p: Any, error: Error, s: Any) -> dict[str, Any]:
         """Return the derivatives of W and mu_hat."""
@@ -154,28 +164,27 @@ class EulerTracking(Component):
         a = surface.f - D_hat - gain * s / (1 + p.hold_step * surface.r * gain)  # (12)
         G, G_dot = euler.G_123(error.theta), euler.G_dot_123(error.theta, error.theta_dot)
         tau = p.J @ (p.angle_unit * (G @ a) + G_dot @ error.theta_dot) + ca.cross(w, p.J @ w)  # (12a)
-        level = ca.fmin(ca.fabs(ca.cos(error.theta[1])), ca.fabs(ca.cos(error.pitch_d)))
         return {
             "tau_command_B": tau,
             "attitude_error": quaternion.rotation_vector(quaternion.error(u.q_BN, u.q_RN)),
             "e": p.angle_unit * error.e,
             "s": s,
             "D_hat": D_hat,
-            "gimbal_lock": level < 1e-3,
+            "gimbal_lock": ca.logic_or(euler.locked(error.theta), euler.locked(error.theta_d)),
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        conditions = [*vehicle.attitude_conditions(u), *vehicle.inertia_conditions(p.J)]
-        for name in ("angle_unit", "sigma", "width", "rate_width"):
-            value = vars(p)[name]
-            unit = next(v.unit for v in self.parameters if v.name == name)
-            conditions.append(Condition(value, f"{name} = {{}} {unit}: it must be positive.", (value,)))
-        for name, value, unit in (("hold_step", p.hold_step, "s"), ("mu_hat", x.mu_hat, "1/s2")):
-            conditions.append(Condition(value >= 0, f"{name} = {{}} {unit}: it must not be negative.", (value,)))
+        conditions = [
+            *vehicle.attitude_conditions(u),
+            *vehicle.inertia_conditions(p.J),
+            *positive(self, p, "angle_unit", "Lambda", "sigma", "width", "rate_width"),
+            *not_negative(self, p, "K", "tau_w", "tau_mu", "beta", "gamma", "hold_step"),
+            Condition(x.mu_hat >= 0, "mu_hat = {} 1/s2: it must not be negative.", (x.mu_hat,)),
+        ]
         for name, q in (("q_BN", u.q_BN), ("q_RN", u.q_RN)):
-            pitch = euler.angles_123(q)[1]
+            theta = euler.angles_123(q)
             text = f"pitch of {name} is {{}} deg at the start: the law has Euler angles 1-2-3, singular at +-90 deg."
-            conditions.append(Condition(ca.cos(pitch) - 1e-3, text, (pitch / DEGREE,)))
+            conditions.append(Condition(1 - euler.locked(theta), text, (theta[1] / DEGREE,)))
         return conditions
 
     def _nodes(self, p: Any, error: Error) -> Any:

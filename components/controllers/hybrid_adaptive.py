@@ -39,7 +39,19 @@ import numpy as np
 from .. import vehicle
 from ..attitude import allocation, cmg, mrp, projection, quaternion
 from ..attitude.vectors import length
-from ..framework import AttitudeController, CalculatedParameter, Component, Condition, Input, Output, Parameter, State
+from ..framework import (
+    AttitudeController,
+    CalculatedParameter,
+    Component,
+    Condition,
+    Input,
+    Output,
+    Parameter,
+    State,
+    flag_conditions,
+    not_negative,
+    positive,
+)
 
 INERTIA = np.array([[120.0, 2.0, -1.5], [2.0, 110.0, 1.0], [-1.5, 1.0, 90.0]])
 
@@ -168,22 +180,19 @@ class HybridAdaptive(Component):
             for name, value, unit in (("k_1", p.k_1[i], "1/s2"), ("k_2", p.k_2[i], "1/s")):
                 text = f"{name}[{i + 1}] = {{}} {unit}: A_1 = [0, 1; -k_1, -k_2] is Hurwitz only if it is positive."
                 conditions.append(Condition(value, text, (value,)))
-        for name in ("q_1", "q_2", "d", "gimbal_weight", "wheel_weight"):
-            variable = next(v for v in self.parameters if v.name == name)
-            least = ca.mmin(ca.vertcat(1, vars(p)[name])) if variable.size else ca.SX(1)
-            text = f"{name} has an element {{}} {variable.unit}: every one must be positive."
-            conditions.append(Condition(least, text, (least,)))
-        for name, unit in (("alpha_F", "kg2.m4/s"), ("alpha_G", "s"), ("b", "1")):
-            value = vars(p)[name]
-            conditions.append(Condition(value >= 0, f"{name} = {{}} {unit}: it must not be negative.", (value,)))
-        return conditions
+        return [
+            *conditions,
+            *positive(self, p, "q_1", "q_2", "d", "gimbal_weight", "wheel_weight"),
+            *not_negative(self, p, "alpha_F", "alpha_G", "b"),
+            *flag_conditions(self, p, "shadow"),
+        ]
 
     def _transverse(self, p: Any) -> Any:
         return cmg.transverse(p.gimbal_axes_B, p.rotor_axes_B)
 
     def _law(self, x: Any, u: Any, p: Any) -> Law:
         q_d, w, w_d = _unit(u.q_RN), u.omega_BN_B, u.omega_RN_R
-        q_d = q_d * ca.if_else(ca.logic_and(p.shadow > 0, q_d[0] < 0), -1, 1)
+        q_d = q_d * ca.if_else(ca.logic_and(p.shadow > 0.5, q_d[0] < 0), -1, 1)
         q = _unit(u.q_BN)
         q = q * ca.if_else(ca.dot(q, q_d) < 0, -1, 1)
         sigma, sigma_d = mrp.from_quaternion(q), mrp.from_quaternion(q_d)

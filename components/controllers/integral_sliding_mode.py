@@ -22,7 +22,8 @@ Invariants: sigma(t0) = 0; where the model is exact and rho = 0 sigma stays zero
 V' = s^T (E - rho s / (|s| + epsilon)) with a disturbance E of u.
 Limits: rest-to-rest; of a moving reference only the rate is fed back. The weights only grow. D x = 0 itself would be an
 unstable surface. The integral runs on while an actuator saturates. At a pitch of +-90 deg of the body, which
-`gimbal_lock` reports, roll and yaw in (7) jump and rho with them; the error does not.
+`gimbal_lock` reports, roll and yaw in (7) jump and rho with them; the error does not. Gains of the wrong sign are
+refused by the symmetric parts of -G_e and -G_omega; that these are positive definite does not prove A + B G stable.
 """
 
 from typing import Any
@@ -33,8 +34,20 @@ import numpy as np
 from .. import vehicle
 from ..attitude import euler, quaternion
 from ..attitude.rbf import gaussian
-from ..attitude.vectors import length
-from ..framework import AttitudeController, CalculatedParameter, Component, Condition, Input, Output, Parameter, State
+from ..attitude.vectors import length, smallest_eigenvalue
+from ..framework import (
+    AttitudeController,
+    CalculatedParameter,
+    Component,
+    Condition,
+    Input,
+    Output,
+    Parameter,
+    State,
+    flag_conditions,
+    not_negative,
+    positive,
+)
 from .agile_gains import GAIN, SURFACE, centres, columns
 
 
@@ -97,7 +110,7 @@ class IntegralSlidingMode(Component):
         sigma = self._Dx((e, w), u, p) - x.integral
         return {
             "integral": self._DA(w, u, p) + p.DB @ linear,  # (2)
-            "W": p.gamma_W * p.network * ca.fabs(sigma) @ self._nodes(u, p, linear).T,  # (6)
+            "W": ca.if_else(p.network > 0.5, p.gamma_W, 0) * ca.fabs(sigma) @ self._nodes(u, p, linear).T,  # (6)
         }
 
     def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
@@ -119,17 +132,20 @@ class IntegralSlidingMode(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        conditions = [*vehicle.attitude_conditions(u), *vehicle.flexible_conditions(self, p)]
-        for name in ("epsilon", "angle_width", "omega_width", "torque_width"):
-            unit = next(v.unit for v in self.parameters if v.name == name)
-            value = vars(p)[name]
-            conditions.append(Condition(value, f"{name} = {{}} {unit}: it must be positive.", (value,)))
-        for name, unit in (("constant_gain", "N.m"), ("gamma_W", "1/s")):
-            value = vars(p)[name]
-            conditions.append(Condition(value >= 0, f"{name} = {{}} {unit}: it must not be negative.", (value,)))
-        for name in ("network", "printed_gain"):
-            value = vars(p)[name]
-            conditions.append(Condition(value * (value - 1) == 0, f"{name} = {{}}: it must be 0 or 1.", (value,)))
+        conditions = [
+            *vehicle.attitude_conditions(u),
+            *vehicle.flexible_conditions(self, p),
+            *positive(self, p, "epsilon", "angle_width", "omega_width", "torque_width"),
+            *not_negative(self, p, "constant_gain", "gamma_W"),
+            *flag_conditions(self, p, "network", "printed_gain"),
+        ]
+        for name, gain, unit, what in (("G_e", p.G_e, "N.m/rad", "e"), ("G_omega", p.G_omega, "N.m.s/rad", "w")):
+            least = smallest_eigenvalue(-(gain + gain.T) / 2)
+            text = (
+                f"-{name} is not positive definite (smallest eigenvalue of its symmetric part {{}} {unit}): the torque "
+                f"{name} {what} must oppose every {what}. Check the sign of {name}."
+            )
+            conditions.append(Condition(least, text, (least,)))
         text = (
             "D B is singular (determinant {} 1/s3): the surface does not see every torque. Change D_omega or D_eta_dot."
         )

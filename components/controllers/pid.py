@@ -23,7 +23,17 @@ import casadi as ca
 from .. import vehicle
 from ..attitude import euler, quaternion
 from ..attitude.limits import saturated
-from ..framework import AttitudeController, Component, Condition, Output, Parameter, State
+from ..framework import (
+    AttitudeController,
+    Component,
+    Condition,
+    Output,
+    Parameter,
+    State,
+    flag_conditions,
+    not_negative,
+    positive,
+)
 from ..vehicle import DEGREE
 
 
@@ -61,14 +71,12 @@ class PID(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        conditions = vehicle.attitude_conditions(u)
-        for i in range(3):
-            value = p.torque_limit[i]
-            text = f"torque_limit[{i + 1}] = {{}} N.m: it must be positive."
-            conditions.append(Condition(value, text, (value,)))
-            for name, gain, unit in (("K_p", p.K_p, "N.m/rad"), ("K_i", p.K_i, "N.m/(rad.s)")):
-                text = f"{name}[{i + 1}] = {{}} {unit}: it must not be negative."
-                conditions.append(Condition(gain[i] >= 0, text, (gain[i],)))
+        conditions = [
+            *vehicle.attitude_conditions(u),
+            *positive(self, p, "torque_limit"),
+            *not_negative(self, p, "K_p", "K_i", "K_d"),
+            *flag_conditions(self, p, "conditional", "euler"),
+        ]
         q_BR = quaternion.error(u.q_BN, u.q_RN)
         text = "pitch is {} deg from the reference at the start: Euler angles (euler = 1) are singular at +-90 deg."
         pitch = euler.angles_321(q_BR)[1] / DEGREE

@@ -16,7 +16,9 @@ Source: Y. Geng, W. Wu, G. Ma, Neural network compensation of flexible satellite
 not in the paper; the start value L = 0 is its observer.
 Invariants: the estimate is the truth from a matched start, for any J and torque where L = 0.
 Limits: with L = 0 an error at the start decays with the modes' own damping only; with L, errors of J and of the torque
-enter. A rate held over a step enters as if it had jumped: connect it with its end-of-step value or as a ramp.
+enter. Gains of the wrong sign are refused by the sum of the poles of (5), the trace of A - L C; that it is not positive
+does not prove (5) stable: `placed` gives gains that are. A rate held over a step enters as if it had jumped: connect it
+with its end-of-step value or as a ramp.
 """
 
 from typing import Any
@@ -69,7 +71,16 @@ class ModalObserver(Component):
         return {"eta": eta, "eta_dot": eta_dot, "valid": 1}
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        return vehicle.flexible_conditions(self, p)
+        conditions = vehicle.flexible_conditions(self, p)
+        modes = p.delta @ p.hub_inverse  # M^-1 delta^T, a row a mode
+        seen = modes * ca.repmat(p.Omega**2, 1, 3) * p.L_eta + modes * ca.repmat(2 * p.zeta * p.Omega, 1, 3) * p.L_psi
+        poles = -ca.sum1(2 * p.zeta * p.Omega) - ca.sum1(ca.sum2(seen))  # tr(A - L C) of (5)
+        text = (
+            "L_eta, L_psi let the error of the estimate grow: the sum of its poles, tr(A - L C), is {} 1/s, it must "
+            "not be positive. Check their sign."
+        )
+        rounding = 1e-9 * ca.sum1(p.Omega)
+        return [*conditions, Condition(poles <= rounding, text, (poles,))]
 
     def _estimate(self, x: Any, u: Any, p: Any) -> tuple[Any, Any]:
         """Return eta and eta'."""

@@ -19,7 +19,7 @@ from typing import Any
 import casadi as ca
 
 from ..attitude import quaternion
-from ..framework import Component, Condition, Guidance, Output, Parameter
+from ..framework import Component, Condition, Guidance, Output, Parameter, flag_conditions
 from ..framework.ports import IDENTITY
 from ..vehicle import DEGREE
 from .attitude_step import turn_conditions
@@ -49,7 +49,7 @@ class Slew(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        conditions = turn_conditions(p)
+        conditions = [*turn_conditions(p), *flag_conditions(self, p, "smooth")]
         for name, unit, factor in (
             ("angle", "deg", DEGREE),
             ("max_rate", "deg/s", DEGREE),

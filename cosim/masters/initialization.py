@@ -13,7 +13,7 @@ from cosim.errors import AlgebraicLoop, CallFailed, InitializationFailed
 from cosim.links import Wiring
 from cosim.masters.algebraic_loop import Loop, same_bits
 from cosim.masters.exchange import Exchange
-from cosim.masters.plan import AT_POINT, Plan, Reading
+from cosim.masters.plan import AT_POINT, ComponentPlan, Plan, Reading
 from cosim.protocol import Slave
 from cosim.time import to_seconds
 
@@ -25,9 +25,9 @@ def initialize(plan: Plan, wiring: Wiring, slaves: Mapping[str, Slave]) -> Float
 
     Raises `InitializationFailed` (an FMU refused, an output is not finite) and `AlgebraicLoop`.
     """
+    exchange = Exchange(plan, slaves)
     try:
         _enter(plan, wiring, slaves)
-        exchange = Exchange(plan, slaves)
         _settle(plan, exchange)
         for place in range(len(plan.components)):
             exchange.set_inputs(place)
@@ -35,8 +35,25 @@ def initialize(plan: Plan, wiring: Wiring, slaves: Mapping[str, Slave]) -> Float
             slave.exit_initialization_mode()
         return _read(plan, slaves, exchange.values)
     except CallFailed as error:
-        problem = f"{error.function} returned {error.status}"
-        raise InitializationFailed(error.component, problem, error.messages) from error
+        raise _refusal(plan, exchange, error) from error
+
+
+def _refusal(plan: Plan, exchange: Exchange, error: CallFailed) -> InitializationFailed:
+    """Return what failed; where a number that is none was passed on, the words of the component that made it.
+
+    Its parameters may be the reason, of which an FMU speaks when initialization mode ends; before, only its neighbour
+    has refused the number.
+    """
+    for c in plan.components if error.function == "fmi2SetReal" else ():
+        values, slave = exchange.values[c.outputs.values], exchange.slaves[c.name]
+        if not np.isfinite(values).all():
+            try:
+                slave.exit_initialization_mode()
+            except CallFailed as reason:
+                error = reason
+                break
+            return _not_finite(c, values, slave)
+    return InitializationFailed(error.component, f"{error.function} returned {error.status}", error.messages)
 
 
 COMMIT_SHOWN = "solver.commit_shown"
@@ -80,14 +97,18 @@ def _read(plan: Plan, slaves: Mapping[str, Slave], values: FloatArray) -> FloatA
     for c in plan.components:
         slave, outputs = slaves[c.name], c.outputs
         values[outputs.values] = slave.get_real(outputs.references)
-        for i in np.flatnonzero(~np.isfinite(values[outputs.values])):
-            problem = f"{outputs.names[i]} is {values[outputs.values][i]} at the start"
-            raise InitializationFailed(c.name, problem, tuple(slave.messages))
+        if not np.isfinite(values[outputs.values]).all():
+            raise _not_finite(c, values[outputs.values], slave)
         if outputs.derivative_references:
             values[outputs.derivatives] = slave.get_output_derivatives(
                 outputs.derivative_references, outputs.derivative_orders
             )
     return values
+
+
+def _not_finite(c: ComponentPlan, values: FloatArray, slave: Slave) -> InitializationFailed:
+    i = int(np.flatnonzero(~np.isfinite(values))[0])
+    return InitializationFailed(c.name, f"{c.outputs.names[i]} is {values[i]} at the start", tuple(slave.messages))
 
 
 class Chain:

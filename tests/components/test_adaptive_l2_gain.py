@@ -180,11 +180,14 @@ REFUSALS = {
     ),
     "printed": ({"W_g": np.zeros((3, 5)), "normalised": 0.0}, ["ghat(0) of yaw", "is 0 1/(kg.m2)"]),
     "J": ({"J": [[1, 2, 0], [2, 1, 0], [0, 0, 1]]}, ["J is not positive definite"]),
-    "limit": ({"torque_limit": [0.2, 0.2, 0.0]}, ["torque_limit = 0 N.m: it must be positive"]),
-    "gamma": ({"gamma_l2": 0.0}, ["gamma_l2 = 0 1: it must be positive"]),
+    "limit": ({"torque_limit": [0.2, 0.2, 0.0]}, ["torque_limit[3] = 0 N.m: it must be positive"]),
+    "gamma": ({"gamma_l2": 0.0}, ["gamma_l2 = 0: it must be positive"]),
     "g_min": ({"g_min": -1.0}, ["g_min = -1 1/(kg.m2): it must be positive"]),
     "width": ({"theta_width": 0.0}, ["theta_width = 0 rad: it must be positive"]),
-    "k": ({"k_theta": -1.0}, ["k_theta = -1 1: it must not be below -1/2"]),
+    "p1": ({"p1": -10.0}, ["p1 = -10: it must be positive"]),
+    "c1": ({"c1": -100.0}, ["c1 = -100: it must be positive"]),
+    "c2": ({"c2": 0.0}, ["c2 = 0: it must be positive"]),
+    "k": ({"k_theta": -1.0}, ["k_theta = -1: it must not be negative"]),
 }
 
 

@@ -93,7 +93,6 @@ def test_rates_of_the_angles(r):
             assert_allclose(numbers(euler.G_123(theta) @ rates), omega, rtol=1e-7, atol=1e-7)
         else:
             assert_allclose(numbers(euler.rates_321(theta, ca.DM(omega))), rates, rtol=1e-7, atol=1e-7)
-            assert_allclose(numbers(euler.R_321(theta) @ rates), omega, rtol=1e-7, atol=1e-7)
 
 
 @pytest.mark.parametrize("r", ROTATIONS)
@@ -125,25 +124,20 @@ def test_mrp(r):
     q = column(r)
     sigma = numbers(mrp.from_quaternion(q * (-1 if float(q[0]) < 0 else 1)))
     assert_allclose(sigma, r.as_mrp(), atol=1e-13)
-    assert_allclose(mrp.dcm(ca.DM(sigma)).full(), r.as_matrix().T, atol=1e-13)
     after, before = (small_turn(r, omega, d).as_mrp() for d in (h, -h))
     assert_allclose(numbers(mrp.G(ca.DM(sigma)) @ omega), (after - before) / (2 * h), atol=1e-8)
     assert_allclose((mrp.G(ca.DM(sigma)) @ mrp.G_inverse(ca.DM(sigma))).full(), np.eye(3), atol=1e-13)
 
 
-def test_shadow_is_the_same_attitude_and_inside():
-    for r in ROTATIONS:
-        for q in (column(r), -column(r)):
-            sigma = mrp.from_quaternion(q)
-            shadow = mrp.shadow(sigma)
-            assert ca.norm_2(shadow) <= 1 + 1e-15
-            assert_allclose(mrp.dcm(shadow).full(), r.as_matrix().T, atol=1e-12)
-    assert_allclose(numbers(mrp.shadow(ca.DM.zeros(3))), 0)
+@pytest.mark.parametrize("r", ROTATIONS)
+def test_the_shadow_set_is_the_other_quaternion_and_the_same_attitude(r):
+    sigma, shadow = (numbers(mrp.from_quaternion(sign * column(r))) for sign in (1, -1))
+    assert_allclose(np.linalg.norm(sigma) * np.linalg.norm(shadow), 1, rtol=1e-12)
+    assert (Rotation.from_mrp(sigma).inv() * Rotation.from_mrp(shadow)).magnitude() < 1e-12
 
 
 def test_vectors():
-    a, b = RNG.normal(size=3), RNG.normal(size=3)
-    assert_allclose(numbers(vectors.skew(ca.DM(a)) @ b), np.cross(a, b))
+    a = RNG.normal(size=3)
     assert_allclose(float(vectors.length(ca.DM(a))), np.linalg.norm(a))
     v = ca.SX.sym("v", 3)
     slope = ca.Function("slope", [v], [vectors.length(v), ca.gradient(vectors.length(v), v)])

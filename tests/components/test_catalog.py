@@ -124,6 +124,24 @@ def test_documents_of_a_component(name):
     assert "Frames:" in docstring or "Symbols:" in docstring
 
 
+OPTIONS = [  # parameters that choose between numbered readings of a law: their documents begin with what 1 means
+    (name, v.name)
+    for name, make in CATALOG.items()
+    for v in make().parameters
+    if v.doc.startswith("1: ") and not v.name.startswith("solver.") and name != "DragFreeBackstepping"
+]
+
+
+@pytest.mark.parametrize(("name", "option"), OPTIONS)
+def test_an_option_is_one_of_its_numbers(name, option):
+    for value in (-1.0, 0.3, 0.9, 7.0):
+        messages = Point(CATALOG[name](), **{option: value}).violated()
+        assert any(f"{option} = {value:g}: it must be 0" in message for message in messages), messages
+    for value in (0.0, 1.0):
+        messages = Point(CATALOG[name](), **{option: value}).violated()
+        assert not any(option in message for message in messages), messages
+
+
 def test_importing_the_catalog_builds_nothing():
     """Importing and listing the catalog makes no CasADi Function (a rebuild of nothing is to take no time)."""
     code = (

@@ -14,6 +14,7 @@ DEVIATION = {
     "transverse_deviation": RNG.uniform(-0.05, 0.05, (3, 4)),
     "spin_deviation": RNG.uniform(-0.05, 0.05, (3, 3)),
 }
+GIMBALS, ROTORS = (v.start for n in ("gimbal_axes_B", "rotor_axes_B") for v in CmgCluster().parameters if v.name == n)
 PARALLEL = {  # two gyros whose momenta turn in the x-y plane
     "gimbal_axes_B": [[0, 0], [0, 0], [1, 1]],
     "rotor_axes_B": [[1, 1], [0, 0], [0, 0]],
@@ -75,6 +76,22 @@ def test_a_servo_follows_with_its_time_constant():
     assert_allclose(direct[:4], r * t, rtol=1e-12)
 
 
+def test_a_servo_follows_what_limit_and_dead_zone_leave_of_the_command():
+    """Its own rate starts within the dead zone and is carried out all the same."""
+    part = CmgCluster(gimbal_lag=0.2, gimbal_rate_limit=0.2, gimbal_dead_zone=0.03)
+    point = Point(part, gimbal_rate_command=[0.4, -0.1, 0.04, 0.0])
+    left, T = np.array([0.2, -0.05, 0.0, 0.0]), 0.2  # halved, the direction kept; 0.02 is within the dead zone
+    for steps in (10, 500):
+        t, x = 1e-3 * steps, point.advance(1e-3, steps)[:, -1]
+        assert_allclose(x[4:8], left * (1 - np.exp(-t / T)), rtol=1e-9)
+        assert_allclose(x[:4], left * (t - T * (1 - np.exp(-t / T))), rtol=1e-8)
+    assert point.advance(1e-3, 10)[4, -1] < 0.03
+    moved = Point(part, servo_rate=[0.1, 0.01, -0.3, 0.0], gimbal_rate_command=[0.4, -0.1, 0.04, 0.0])
+    assert_allclose(moved.outputs()["gimbal_rate"], [0.1, 0.01, -0.3, 0.0])
+    assert_allclose(moved.rates()["servo_rate"], (left - [0.1, 0.01, -0.3, 0.0]) / T, rtol=1e-12)
+    assert_allclose(moved.rates()["gimbal_angle"], [0.1, 0.01, -0.3, 0.0])
+
+
 def test_limits_and_dead_zone():
     part = CmgCluster(gimbal_rate_limit=0.2, gimbal_dead_zone=0.03, wheel_torque_limit=0.25)
     point = Point(part, gimbal_rate_command=[0.4, -0.1, 0.02, 0.0], wheel_acceleration_command=[20.0, -3.0, 0.0])
@@ -108,6 +125,22 @@ def test_wheels_alone_and_gyros_alone():
             "axis 2 of rotor_axes_B is not at right angles to its gimbal axis (cosine of the angle 1)",
         ),
         (dict(gimbals=2, wheels=0, **PARALLEL), "spin axes together do not span three dimensions"),
+        (
+            dict(rotor_deviation=-ROTORS),
+            "rotor_deviation leaves gyro 1 no rotor axis: rotor_axes_B + rotor_deviation has length 0, more than 0.001",
+        ),
+        (
+            dict(transverse_deviation=-np.cross(GIMBALS, ROTORS, axis=0) * [0, 0, 1, 0]),
+            "transverse_deviation leaves gyro 3 no plane to turn its momentum in: |s_0 x t_0| is 0, more than 0.001",
+        ),
+        (
+            dict(spin_deviation=[[0, 0, 0], [0, -1, 0], [0, 0, 0]]),
+            "spin_deviation leaves wheel 2 no spin axis: spin_axes_B + spin_deviation has length 0, more than 0.001",
+        ),
+        (
+            dict(gimbals=2, **PARALLEL, spin_deviation=[[0, 0, 1], [0, 0, 0], [0, 0, -1]]),
+            "rotor, transverse and spin axes with their deviations do not span three dimensions",
+        ),
         (dict(rotor_momentum=(8.0, 8.0, 0.0, 8.0)), "rotor_momentum[3] = 0 N.m.s: it must be positive"),
         (dict(gimbal_rate_limit=-1.0), "gimbal_rate_limit[1] = -1 rad/s: it must be positive"),
         (dict(gimbal_dead_zone=-1.0), "gimbal_dead_zone = -1 rad/s: it must not be negative"),

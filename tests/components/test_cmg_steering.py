@@ -138,6 +138,52 @@ def test_wheels_about_z_only():
     assert y["saturated"] == 1
 
 
+@pytest.mark.parametrize("hand_over", [0, 1])
+def test_wheels_about_x_and_y_in_the_end_phase_only(hand_over):
+    """From |e| + 4 s |w| = 1 deg on the gyros are alone, nearer the wheels trim as if they always did."""
+    command = dict(tau_command_B=[0.1, -0.2, 0.1], gimbal_angle=[np.pi / 4, 5 * np.pi / 4], hand_over=hand_over)
+
+    def at(degrees, trim, rate=0.0):
+        e, w = np.radians([[0, degrees, 0], [rate, 0, 0]])
+        return Point(STEERING, trim_wheels=trim, attitude_error=e, omega_BN_B=w, **command).outputs()
+
+    for degrees, rate in ((1.0, 0.0), (60.0, 0.0), (0.0, 0.3), (0.9, 0.1)):  # rates in deg/s
+        alone, far = at(degrees, 0, rate), at(degrees, 2, rate)
+        for name in alone:
+            assert_allclose(far[name], alone[name], err_msg=name)
+        assert_allclose(-0.02 * far["wheel_acceleration_command"], [0, 0, 0.1], atol=1e-15)
+        assert far["saturated"] == 1  # gyros against each other: singular
+    for degrees, rate in ((0.999, 0.0), (0.5, 0.0), (0.5, 0.1)):
+        always, near = at(degrees, 1, rate), at(degrees, 2, rate)
+        for name in always:
+            assert_allclose(near[name], always[name], err_msg=name)
+        assert_allclose(near["tau_planned_B"], command["tau_command_B"], atol=1e-12)
+
+
+def test_skew_wheels_give_what_the_gyros_lack():
+    """Four wheels of a pyramid, then three along no body axis: the plan is what the commands give about their axes."""
+    pyramid = np.array([[1, 0, -1, 0], [0, 1, 0, -1], [0.7, 0.7, 0.7, 0.7]]) / np.sqrt(1.49)
+    skew, _ = np.linalg.qr(RNG.normal(size=(3, 3)))
+    skew[:, 0] = (skew[:, 0] + 0.4 * skew[:, 1]) / np.sqrt(1.16)
+    for axes in (pyramid, skew):
+        part = CmgSteering(wheels=axes.shape[1], spin_axes_B=axes)
+        assert Point(part).violated() == []
+        for trim, limit in ((0, 0.25), (1, 0.25), (1, 0.03)):
+            angles, u = np.array([0.3, 1.8]), np.array([0.1, -0.2, 0.15])
+            values = dict(tau_command_B=u, gimbal_angle=angles, trim_wheels=trim, wheel_torque_limit=limit)
+            y = Point(part, gimbal_dead_zone=1e-2, **FAR, **values).outputs()
+            accelerations = y.pop("wheel_acceleration_command")
+            gyros = cluster_torque(y | {"wheel_acceleration_command": np.zeros(3)}, angles)
+            planned = gyros - axes @ (0.02 * accelerations)
+            assert_allclose(y["tau_planned_B"], planned, atol=1e-8)
+            if limit > 0.1:
+                lacking = (u - gyros) * [trim, trim, 1]
+                assert_allclose(planned - gyros, lacking, atol=1e-8)
+            else:
+                assert y["saturated"] == 1
+                assert_allclose(np.abs(0.02 * accelerations).max(), limit)
+
+
 def test_more_gyros():
     u = np.array([0.3, -0.4, 0.1])
     y = Point(CmgSteering(gimbals=3), tau_command_B=u, gimbal_angle=[0.3, 1.8, 4.0], **FAR).outputs()
@@ -147,10 +193,12 @@ def test_more_gyros():
 REFUSALS = {
     "spin axes": ({"spin_axes_B": np.diag([1, 1, 2.0])}, ["spin_axes_B", "2", "unit vector"]),
     "span": ({"spin_axes_B": [[1, 0, 1], [0, 1, 0], [0, 0, 0]]}, ["spin_axes_B", "do not span"]),
-    "momentum": ({"rotor_momentum": [15, 0]}, ["rotor_momentum has an element 0 N.m.s", "positive"]),
-    "limit": ({"wheel_torque_limit": [0.25, -1, 0.25]}, ["wheel_torque_limit has an element -1 N.m"]),
+    "momentum": ({"rotor_momentum": [15, 0]}, ["rotor_momentum[2] = 0 N.m.s: it must be positive"]),
+    "limit": ({"wheel_torque_limit": [0.25, -1, 0.25]}, ["wheel_torque_limit[2] = -1 N.m: it must be positive"]),
     "dead zone": ({"gimbal_dead_zone": -0.1}, ["gimbal_dead_zone = -0.1 rad/s", "must not be negative"]),
     "hand-over": ({"far": 0.0}, ["near = 0.3 deg, far = 0 deg", "far > near"]),
+    "trim": ({"trim_wheels": 3}, ["trim_wheels = 3: it must be 0, 1 or 2"]),
+    "trim in between": ({"trim_wheels": 0.5}, ["trim_wheels = 0.5: it must be 0, 1 or 2"]),
     "weights": ({"k_0": 1.0}, ["k_0 = 1", "V is positive definite"]),
 }
 

@@ -301,9 +301,15 @@ REFUSALS = {
     "asymmetric": ({"J": [[9, 2, 0], [0, 9, 0], [0, 0, 9]]}, ["J is not symmetric", "differ by 2 kg.m2"]),
     "angle_unit": ({"angle_unit": 0.0}, ["angle_unit = 0 rad", "must be positive"]),
     "sigma": ({"sigma": -0.01}, ["sigma = -0.01 1/s3", "must be positive"]),
-    "width": ({"width": 0.0}, ["width = 0 1", "must be positive"]),
+    "width": ({"width": 0.0}, ["width = 0: it must be positive"]),
     "mu_hat": ({"mu_hat": -0.5}, ["mu_hat = -0.5 1/s2", "must not be negative"]),
     "hold_step": ({"hold_step": -1.0}, ["hold_step = -1 s", "must not be negative"]),
+    "Lambda": ({"Lambda": [0.1, 0, 0.1]}, ["Lambda[2] = 0 1/s: it must be positive"]),
+    "K": ({"K": [0.5, 0.1, -0.5]}, ["K[3] = -0.5 1/s: it must not be negative"]),
+    "tau_w": ({"tau_w": -0.5}, ["tau_w = -0.5 1/s2: it must not be negative"]),
+    "tau_mu": ({"tau_mu": -0.5}, ["tau_mu = -0.5 1/s2: it must not be negative"]),
+    "beta": ({"beta": -0.01}, ["beta = -0.01 s: it must not be negative"]),
+    "gamma": ({"gamma": -0.01}, ["gamma = -0.01 s: it must not be negative"]),
 }
 
 

@@ -122,15 +122,74 @@ def test_no_error_nothing_learnt():
     assert all(np.abs(rows).max() < 1e-12 for rows in rates.values())
 
 
-def test_estimates_stay_within_the_ball():
-    """Pushed outward at the edge, none grows; inside, the law is the unprojected one."""
-    edge = np.zeros((4, 6))
+@pytest.mark.parametrize(("name", "shape"), [("Theta_c", (4, 6)), ("Theta_w", (3, 3))])
+def test_estimates_stay_within_the_ball(name, shape):
+    """At the edge, |Theta|^2 = b + d, none that the law pushes outward grows; inside, it is the unprojected law."""
+    edge = np.zeros(shape)
     edge[:, 0] = np.sqrt(0.15)
+    pushed = 0
     for seed in range(4):
-        rates = moving(seed, Theta_c=edge).rates()["Theta_c"]
-        assert (rates[:, 0] <= 1e-12).all()
-    inside, free = moving(1, Theta_c=0.1 * edge).rates(), moving(1, Theta_c=0.1 * edge, b=1e9).rates()
-    assert_allclose(inside["Theta_c"], free["Theta_c"])
+        rates, free = (moving(seed, **{name: edge}, wheel_inertia=5.0, b=b).rates()[name] for b in (0.05, 1e9))
+        assert (rates[:, 0] <= 1e-12 * np.abs(free).max()).all()
+        pushed += (free[:, 0] > 1e-3 * np.abs(free).max()).sum()
+        assert_allclose(rates[:, 1:], free[:, 1:])  # along the edge
+    assert pushed > 2
+    inside, free = (moving(1, **{name: 0.1 * edge}, b=b).rates()[name] for b in (0.05, 1e9))
+    assert_allclose(inside, free)
+
+
+def second(path, h=1e-2):
+    """First and second derivative of the MRP along a path of attitudes, by differences of fourth order."""
+    q = np.array([path(k * h).as_quat(canonical=True, scalar_first=True) for k in range(-2, 3)])
+    a, b, c, d, e = q[:, 1:] / (1 + q[:, :1])
+    return (a - 8 * b + 8 * d - e) / (12 * h), (-a + 16 * b - 30 * c + 16 * d - e) / (12 * h**2)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_identity_of_the_proof(seed):
+    """V' = -1/2 (q_1 |e_1|^2 + q_2 |e_2|^2) for any true axes and momentum, which the estimates are away from.
+
+    The motion is that of a cluster with those deviations on a body with that momentum; the second derivatives of both
+    MRP are differences of scipy's attitudes. Wheels of 5 kg m^2, so that their part of V' is no trifle.
+    """
+    rng = np.random.default_rng(seed)
+    inertia, (q_1, q_2) = 5.0, rng.uniform(0.5, 2, (2, 3))
+    true_c, true_w, true_F = rng.uniform(-0.05, 0.05, (4, 6)), rng.uniform(-0.05, 0.05, (3, 3)), rng.normal(size=3)
+    estimates = {"Theta_c": rng.uniform(-0.05, 0.05, (4, 6)), "Theta_w": rng.uniform(-0.05, 0.05, (3, 3))}
+    estimates["Theta_F"] = rng.normal(size=3)
+    alpha = {"alpha_F": 0.1, "alpha_G": 1e-3}  # so that every part of V' is of a size
+    body = Rotation.from_rotvec(rng.uniform(-1, 1, 3))
+    reference = body * Rotation.from_rotvec(0.2 * rng.normal(size=3))
+    w, w_d, w_d_dot = 0.1 * rng.normal(size=(3, 3))
+    motion = {"omega_BN_B": w, "omega_RN_R": w_d, "omega_dot_RN_R": w_d_dot, "gimbal_angle": rng.normal(size=4)}
+    motion |= {n: r.as_quat(canonical=True, scalar_first=True) for n, r in (("q_BN", body), ("q_RN", reference))}
+    motion |= {"wheel_speed": rng.normal(size=3)}
+    point = Point(HybridAdaptive(**alpha, q_1=q_1, q_2=q_2, wheel_inertia=inertia), **motion, **estimates)
+    y, rates = point.outputs(), point.rates()
+
+    deviation = {
+        "rotor_deviation": true_c[:, 3:].T,
+        "transverse_deviation": true_c[:, :3].T,
+        "spin_deviation": true_w.T,
+    }
+    torque = delivered(point, y, wheel_inertia=inertia, **deviation)
+    momentum = body.inv().apply(point.states()["H_0"] + true_F)
+    w_dot = np.linalg.solve(system.J, torque - np.cross(w, momentum))
+    _, sigma_ddot = second(lambda t: body * Rotation.from_rotvec(w * t + w_dot * t**2 / 2))
+    _, sigma_d_ddot = second(lambda t: reference * Rotation.from_rotvec(w_d * t + w_d_dot * t**2 / 2))
+
+    e, e_dot, e_ddot = y["e"], y["e_dot"], sigma_ddot - sigma_d_ddot
+    P_11, P_12, P_22 = point.c.reshape(3, 3)
+    parts = np.array(
+        [
+            P_11 @ (e * e_dot) + P_12 @ (e_dot**2 + e * e_ddot) + P_22 @ (e_dot * e_ddot),
+            (estimates["Theta_F"] - true_F) @ rates["Theta_F"] / alpha["alpha_F"],
+            np.sum((estimates["Theta_c"] - true_c) * rates["Theta_c"]) / alpha["alpha_G"],
+            np.sum((estimates["Theta_w"] - true_w) * rates["Theta_w"]) / alpha["alpha_G"],
+        ]
+    )
+    assert np.abs(parts).min() > 1e-3 * np.abs(parts).max()
+    assert_allclose(parts.sum(), -(q_1 @ e**2 + q_2 @ e_dot**2) / 2, atol=1e-7 * np.abs(parts).max())
 
 
 def test_error_is_linear_with_perfect_knowledge():
@@ -197,8 +256,8 @@ def test_figures_of_the_loop_as_one_ode(name):
         ({"rotor_axes_B": 2.0 * system.ROTOR_AXES}, "axis 1 of rotor_axes_B has length 2, a unit vector"),
         ({"gimbal_axes_B": 0.5 * system.GIMBAL_AXES}, "axis 1 of gimbal_axes_B has length 0.5, a unit vector"),
         ({"J": -np.eye(3)}, "J is not positive definite"),
-        ({"d": 0.0}, "d has an element 0 1: every one must be positive"),
-        ({"wheel_weight": (1.0, -1.0, 1.0)}, "wheel_weight has an element -1 1/s2: every one must be positive"),
+        ({"d": 0.0}, "d = 0: it must be positive"),
+        ({"wheel_weight": (1.0, -1.0, 1.0)}, "wheel_weight[2] = -1 1/s2: it must be positive"),
         ({"alpha_F": -1.0}, "alpha_F = -1 kg2.m4/s: it must not be negative"),
     ],
 )

@@ -84,6 +84,14 @@ def test_the_linear_loop_is_stable_for_the_true_inertia_too():
         assert np.linalg.eigvals(A + B @ G).real.max() < -0.04
 
 
+@pytest.mark.parametrize("wrong", [{"G_e": np.eye(3)}, {"G_omega": 30 * np.eye(3)}], ids=lambda v: next(iter(v)))
+def test_a_gain_whose_sign_is_refused_would_be_unstable(wrong):
+    A, B = model()
+    gains = {n: start(LAW, n) for n in ("G_e", "G_eta", "G_omega", "G_eta_dot")} | wrong
+    assert np.linalg.eigvals(A + B @ np.hstack(list(gains.values()))).real.max() > 0.01
+    assert len(Point(LAW, **wrong).violated()) == 1
+
+
 def test_surface_and_its_integral():
     """sigma = D x - I, I(0) = D x(0), I' = D (A + B G) x, s = (D B)^T sigma, with A, B from the mass matrix."""
     A, B = model()
@@ -184,6 +192,33 @@ def test_the_rate_is_that_relative_to_the_reference():
     assert_allclose(moving["tau_command_B"], 0, atol=1e-14)
 
 
+def apart(**values) -> tuple[Point, np.ndarray]:
+    """The law with body and reference at different attitudes, both turning, and e, w by scipy."""
+    reference, error = Rotation.from_rotvec([0.9, -0.4, 0.7]), Rotation.from_rotvec([0.3, -0.2, 0.5])
+    w, w_d = np.array([0.02, -0.01, 0.03]), np.array([-0.04, 0.05, 0.02])
+    attitudes = {n: r.as_quat(scalar_first=True) for n, r in (("q_BN", reference * error), ("q_RN", reference))}
+    point = Point(LAW, **attitudes, omega_BN_B=w, omega_RN_R=w_d, **values)
+    return point, np.concatenate([error.as_rotvec(), np.zeros(4), w - error.inv().apply(w_d), np.zeros(4)])
+
+
+def test_the_rate_of_the_reference_is_taken_into_the_body():
+    point, x = apart(**LINEAR)
+    assert_allclose(point.outputs()["tau_command_B"], G @ x, rtol=1e-9)
+    assert_allclose(point.states()["integral"], D @ x, rtol=1e-9)
+
+
+def test_the_network_sees_the_attitude_from_the_inertial_frame():
+    """A node at roll, pitch, yaw of q_BN, the body's own rate and G x has the value one."""
+    _, x = apart()
+    body = Rotation.from_rotvec([0.9, -0.4, 0.7]) * Rotation.from_rotvec([0.3, -0.2, 0.5])
+    here = dict(angle_centres=body.as_euler("ZYX")[::-1], omega_centres=[0.02, -0.01, 0.03], torque_centres=G @ x)
+    centres = {name: np.tile(np.reshape(value, (3, 1)), (1, 6)) for name, value in here.items()}
+    W = np.zeros((3, 6))
+    W[:, 0] = [0.1, 0.2, -0.3]
+    point, _ = apart(**centres, W=W)
+    assert_allclose(point.outputs()["rho"], W[:, 0], rtol=1e-9)
+
+
 @pytest.mark.parametrize("structure", [dict(modes=0), dict(modes=2), dict(modes=6), dict(nodes=1), dict(nodes=0)])
 def test_any_number_of_modes_and_nodes(structure):
     point = Point(IntegralSlidingMode(**structure))
@@ -199,6 +234,14 @@ REFUSALS = {
     "constant gain": ({"constant_gain": -0.1}, ["constant_gain = -0.1 N.m", "must not be negative"]),
     "gamma": ({"gamma_W": -1.0}, ["gamma_W = -1 1/s", "must not be negative"]),
     "network": ({"network": 0.5}, ["network = 0.5", "0 or 1"]),
+    "sign of G_e": (
+        {"G_e": np.diag([-3.0, 1.0, -3.0])},
+        ["-G_e is not positive definite (smallest eigenvalue of its symmetric part -1 N.m/rad)", "sign of G_e"],
+    ),
+    "sign of G_omega": (
+        {"G_omega": 30 * np.eye(3)},
+        ["-G_omega is not positive definite (smallest eigenvalue of its symmetric part -30 N.m.s/rad)", "G_omega w"],
+    ),
     "surface": ({"D_omega": np.zeros((3, 3)), "D_eta_dot": np.zeros((3, 4))}, ["D B is singular"]),
 }
 

@@ -50,10 +50,13 @@ def test_it_is_exact_from_a_matched_start_although_the_inertia_is_off():
     assert np.abs(y["observer.eta_dot"] - states["plant.eta_dot"]).max() < 1e-9
 
 
-def estimate(observer: ModalObserver, eta_0, time, torque=(0.3, -0.2, 0.1), **plant_values):
-    """The error of eta over time: the plant under a constant torque, its modes not where the observer takes them."""
-    body = Point(plant(1.0, eta=eta_0, **plant_values), tau_B=torque)
-    watch = Point(observer, tau_B=torque)
+def estimate(observer: ModalObserver, eta_0, time, torque=(0.3, -0.2, 0.1), h=(0, 0, 0), told_h=None, **plant_values):
+    """The error of eta over time: the plant under a constant torque, its modes not where the observer takes them.
+
+    h: what actuators store in the plant; told_h: what the observer is told of it, h if not given.
+    """
+    body = Point(plant(1.0, eta=eta_0, **plant_values), tau_B=torque, h_B=h)
+    watch = Point(observer, tau_B=torque, h_B=h if told_h is None else told_h)
     n = len(body.x)
 
     def rates(_, x):
@@ -110,6 +113,14 @@ def test_gains_bring_in_the_error_of_the_inertia():
     assert np.abs(estimate(OBSERVER, np.zeros(4), time, J=1.2 * VEHICLE["J"])).max() < 1e-9
 
 
+def test_with_gains_it_knows_the_gyroscopic_torque_of_what_the_actuators_store():
+    """From a matched start it stays exact if it is told h_B, and does not if it is not."""
+    time, part = np.linspace(0, 20, 101), ModalObserver(**gains())
+    told, untold = (estimate(part, np.zeros(4), time, h=(5.0, -3.0, 4.0), told_h=h) for h in (None, (0, 0, 0)))
+    assert np.abs(told).max() < 1e-9
+    assert np.abs(untold).max() > 1e-3
+
+
 @pytest.mark.parametrize("modes", [0, 1, 6])
 def test_any_number_of_modes(modes):
     point = Point(ModalObserver(modes=modes))
@@ -117,11 +128,23 @@ def test_any_number_of_modes(modes):
     assert point.outputs()["eta"].shape == (modes,)
 
 
+def test_gains_of_the_wrong_sign_are_refused():
+    """The sum of the poles of A - L C grows from sum(POLES) to as much above that of A as it was below."""
+    wrong = {name: -value for name, value in gains().items()}
+    damping = np.sum(2 * VEHICLE["zeta"] * VEHICLE["Omega"])
+    (message,) = Point(OBSERVER, **wrong).violated()
+    words, number = message.split("tr(A - L C), is ")
+    assert words.startswith("L_eta, L_psi let the error of the estimate grow")
+    assert_allclose(float(number.split(" 1/s")[0]), -2 * damping - np.sum(POLES).real, rtol=1e-5)
+    assert Point(OBSERVER, **gains()).violated() == []
+    assert Point(OBSERVER, zeta=0.0).violated() == []
+
+
 def test_refusals():
     cases = {
         "J is not symmetric": {"J": [[70, 3, 4], [0, 60, 5], [4, 5, 90]]},
         "J - delta^T delta is not positive definite": {"J": np.diag([40.0, 60, 90])},
-        "Omega has an element -1 rad/s": {"Omega": [-1, 1, 1, 1]},
+        "Omega[1] = -1 rad/s: it must not be negative.": {"Omega": [-1, 1, 1, 1]},
     }
     for words, values in cases.items():
         messages = Point(OBSERVER, **values).violated()

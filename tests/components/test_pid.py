@@ -122,6 +122,7 @@ def test_a_slew_of_170_degrees_arrives_with_conditional_integration():
         ({"torque_limit": [0.2, 0.0, 0.2]}, "torque_limit[2] = 0 N.m: it must be positive"),
         ({"K_i": [50, 50, -1.0]}, "K_i[3] = -1 N.m/(rad.s): it must not be negative"),
         ({"K_p": [-2.0, 50, 1.0]}, "K_p[1] = -2 N.m/rad: it must not be negative"),
+        ({"K_d": [4000, -4000, 4000]}, "K_d[2] = -4000 N.m.s/rad: it must not be negative"),
     ],
 )
 def test_refusals(values, words):

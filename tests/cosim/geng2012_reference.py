@@ -40,7 +40,8 @@ class Law(NamedTuple):
     rho_0: float = 0.0
     gamma: float = 1.0
     printed: bool = False
-    trim: bool = True
+    trim: bool = True  # wheels about x and y give what the gyros do not
+    end_phase: bool = False  # and they do so within 1 deg only
     dead_zone: float = 0.02  # deg/s
 
 
@@ -97,6 +98,7 @@ def allocate(t, x, u, e, law):
     shape = np.array([-np.sin(d), np.cos(d)])
     away = np.clip((np.linalg.norm(e) + 4 * np.linalg.norm(w) - 0.3 * DEG) / (0.7 * DEG), 0, 1)
     c = 3 * away**2 - 2 * away**3 if law.trim else 1.0
+    wheels_help = law.trim and (away < 1 or not law.end_phase)
     plane = u[:2] * min(1, 3.5 / max(np.linalg.norm(u[:2]), 1e-30))
     lam, k = 0.01 * np.exp(-10 * np.linalg.det(shape @ shape.T)), 0.1 * np.cos(t)
     V, weights = lam * np.array([[1, k], [k, 1]]), np.array([[1, lam], [lam, 1]])
@@ -106,7 +108,7 @@ def allocate(t, x, u, e, law):
     gyros = H_0 * shape @ rate
     wheels = np.zeros(3)
     wheels[2] = -np.clip(u[2], -0.25, 0.25)
-    if law.trim:
+    if wheels_help:
         wheels[:2] = -np.clip(plane + gyros, -0.25, 0.25)
     return rate, wheels, -np.append(gyros, 0) - wheels
 
@@ -178,7 +180,12 @@ def settled(t, e, bound=0.1):
 
 
 if __name__ == "__main__":
-    for name, law in {"network": Law(network=True), "constant": Law(rho_0=0.15), "linear": Law()}.items():
+    for name, law in {
+        "network": Law(network=True),
+        "constant": Law(rho_0=0.15),
+        "linear": Law(),
+        "linear, end phase": Law(end_phase=True),
+    }.items():
         t, e, w, _, rho = fly(law, 60.0)
         print(
             f"{name}: settled {settled(t, e):.2f} s, peak rate {w[:, 1].max():.3f} deg/s at {t[w[:, 1].argmax()]:.2f} s"

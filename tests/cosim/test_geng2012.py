@@ -114,6 +114,7 @@ def test_the_experiments_differ_in_what_their_names_say():
     assert changed(system.LINEAR) == {"constant_gain": 0}
     assert changed(system.PRINTED_GAIN) == {"constant_gain": 0, "printed_gain": 1}
     assert changed(system.Z_WHEEL_ONLY) == {"constant_gain": 0, "trim_wheels": 0, "hand_over": 0}
+    assert changed(system.END_PHASE_WHEELS) == {"constant_gain": 0, "trim_wheels": 2}
     assert changed(system.PRINTED_GAMMA) == {"network": 1, "gamma_W": 0.01}
     assert changed(system.WEAK) == {"constant_gain": 0.02}
 

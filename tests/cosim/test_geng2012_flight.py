@@ -14,6 +14,7 @@ from cosim.papers.claims import judge
 from cosim.papers.geng2012 import system
 from cosim.simulate import simulate
 from cosim.slave import FmuSlave
+from cosim.system import Value
 
 from . import geng2012_reference as outside
 
@@ -23,6 +24,7 @@ LAWS = {
     "geng2012-linear": outside.Law(),
     "geng2012-printed-gain": outside.Law(printed=True),
     "geng2012-z-wheel-only": outside.Law(trim=False),
+    "geng2012-end-phase-wheels": outside.Law(end_phase=True),
 }
 
 
@@ -110,6 +112,7 @@ def test_other_figures_of_the_equations_file(runs):
     compensated, constant = runs["geng2012-compensated"], runs["geng2012-uncompensated"]
     assert_allclose(settled(runs["geng2012-linear"]), 34.5, atol=0.5)
     assert_allclose(settled(runs["geng2012-z-wheel-only"]), 68.6, atol=0.5)
+    assert_allclose(settled(runs["geng2012-end-phase-wheels"]), 36.1, atol=0.5)
     assert np.abs(attitude_error(runs["geng2012-printed-gain"])).max(axis=1).min() > 59
     assert settled(runs["geng2012-uncompensated-weak"]) is None
     assert_allclose(np.abs(attitude_error(runs["geng2012-printed-gamma"])[4000]).max(), 0.61, atol=0.01)
@@ -120,6 +123,19 @@ def test_other_figures_of_the_equations_file(runs):
     assert_allclose(np.abs(rates(constant)[5000]).max(), 0.013, atol=0.001)
     for run, expected in ((compensated, 8e-4), (constant, 1.3e-3)):
         assert_allclose(np.abs(run["plant.eta"][4000:5001]).max(), expected, rtol=0.05)
+
+
+def test_wheels_in_the_end_phase_only(runs):
+    """They rest until |e| + 4 s |w| is below 1 deg, then they trim: it settles when the outside model does."""
+    run = runs["geng2012-end-phase-wheels"]
+    away = np.linalg.norm(attitude_error(run), axis=1) + 4 * np.linalg.norm(rates(run), axis=1)
+    plane = np.abs(run["steering.wheel_acceleration_command"][:, :2]).max(axis=1)
+    begin = run.time[np.argmax(away < 1)]
+    assert 15 < begin < settled(run)
+    assert not plane[away > 1.01].any()
+    assert plane[away < 0.99].min() > 0
+    t, e, _, _, _ = outside.fly(LAWS["geng2012-end-phase-wheels"], 45.0, 0.02)
+    assert_allclose(settled(run), outside.settled(t, e), atol=0.03)  # both are read off a grid: 10 ms, 20 ms
 
 
 def test_verdicts(runs):
@@ -194,3 +210,19 @@ def test_what_the_surface_sees_of_eta_cancels():
     none, changes = {"controller.D_eta": np.zeros((3, 4))}, dict(stop_time=20.0, communication_step_size=5e-4)
     run, other = (fly("geng2012-compensated", parameters=p, **changes) for p in ({}, none))
     assert np.abs(attitude_error(run) - attitude_error(other)).max() < 1e-8
+
+
+@pytest.mark.parametrize("backend", ["native", "python"])
+def test_a_pitch_of_90_degrees_is_reported_and_the_run_goes_on(backend):
+    """The network's Euler angles go through their singularity; the error has none, so that it settles all the same."""
+    half = np.radians(89) / 2
+    start = {"plant.q_BN": [np.cos(half), 0.0, np.sin(half), 0.0], "plant.omega_BN_B": Value([0.0, 0.2, 0.0], "rad/s")}
+    seconds = {"native": 100.0, "python": 1.0}[backend]
+    run = fly("geng2012-compensated", backend, start, stop_time=seconds, every=1)
+    assert run.info["status"] == "finished" and run.time[-1] == seconds
+    lock, (w, x, y, z) = np.ravel(run["controller.gimbal_lock"]), run["plant.q_BN"].T
+    up = np.degrees(np.arcsin(np.clip(2 * (w * y - x * z), -1, 1)))
+    assert lock.max() == 1 and lock[0] == lock[-1] == 0
+    assert up[lock > 0].min() > 89.9 and np.abs(up[lock == 0]).max() < 89.95
+    assert all(np.isfinite(run.table.column(c).to_numpy()).all() for c in run.table.column_names)
+    assert backend == "python" or settled(run) < 90

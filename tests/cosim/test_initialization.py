@@ -155,6 +155,33 @@ def test_refusal_carries_component_and_words():
     )
 
 
+@pytest.mark.parametrize("speaks", [True, False])
+def test_a_number_that_is_none_is_laid_to_the_component_that_made_it(speaks):
+    """Its neighbour refuses the number before the FMU comes to say why: at the end of initialization mode."""
+
+    class Nowhere(Gain):
+        def evaluate(self, v):
+            v["y"] = math.nan
+
+        def exit_initialization_mode(self):
+            if speaks:
+                raise CallFailed(self.name, "fmi2ExitInitializationMode", "fmi2Error", ("k = 0: it must be positive.",))
+
+    class Strict(Gain):
+        def set_real(self, references, values):
+            if not np.isfinite(values).all():
+                raise CallFailed(self.name, "fmi2SetReal", "fmi2Error", ("variable u = nan is not finite.",))
+            super().set_real(references, values)
+
+    with pytest.raises(InitializationFailed) as caught:
+        start([Nowhere("law"), Strict("wheels")], [("law.y", "wheels.u")], held={"law.u": 0.0})
+    assert str(caught.value) == (
+        "law cannot be initialized: fmi2ExitInitializationMode returned fmi2Error\n    k = 0: it must be positive."
+        if speaks
+        else "law cannot be initialized: y is nan at the start"
+    )
+
+
 def test_unit_conversion_in_initialization():
     def gain(name, unit):
         g = Gain(name)

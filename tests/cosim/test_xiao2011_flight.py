@@ -216,16 +216,14 @@ def test_settling_is_late_with_the_step(step, settles, tolerance):
     assert_allclose(tracking.settling(run, 0.05).max(), settles, atol=tolerance)
 
 
-def test_a_pitch_of_90_degrees_is_reported_and_the_run_goes_on():
+@pytest.mark.parametrize(("name", "gains"), [(S, {}), ("xiao2011-pid", {"controller.euler": 1.0})], ids=["l2", "pid"])
+def test_a_pitch_of_90_degrees_is_reported_and_the_run_goes_on(name, gains):
     """The body turns through the singularity of the law: finite to the end, the controller says where."""
-    run = changed(
-        S,
-        {
-            "plant.q_BN": [np.cos(np.radians(40)), 0.0, np.sin(np.radians(40)), 0.0],
-            "plant.omega_BN_B": [0.0, 0.05, 0.0],
-        },
-        stop_time=20.0,
-    )
+    start = {
+        "plant.q_BN": [np.cos(np.radians(40)), 0.0, np.sin(np.radians(40)), 0.0],
+        "plant.omega_BN_B": [0.0, 0.05, 0.0],
+    }
+    run = changed(name, start | gains, stop_time=20.0)
     assert run.info["status"] == "finished" and run.time[-1] == 20.0
     lock = run["controller.gimbal_lock"]
     pitch = np.degrees(tracking.angles(run)[:, 1])

@@ -14,6 +14,7 @@ from cosim.papers.geng2012.claims import POINTING, SETTLED_RHO, SINGULAR
 from cosim.papers.geng2012.system import (
     COMPENSATED,
     DEAD_ZONE,
+    END_PHASE_WHEELS,
     LINEAR,
     PLANE_TORQUE,
     PRINTED_GAIN,
@@ -38,11 +39,9 @@ SHORT = {
     PRINTED_GAMMA: r"printed $\gamma$",
     WEAK: r"without, $\rho_0$ = 0.02 N m",
     STRONG: r"without, $\rho_0$ = 0.5 N m",
+    END_PHASE_WHEELS: "wheels about x, y at the end only",
 }
-LOOKS: dict[str, dict[str, Any]] = {
-    name: {"color": plots.COLOURS[i % len(plots.COLOURS)], "linestyle": plots.LINES[i % len(plots.LINES)]}
-    for i, name in enumerate(SHORT.values())
-}
+LOOKS: dict[str, dict[str, Any]] = {name: plots.look(i) for i, name in enumerate(SHORT.values())}
 END = 60.0  # s, of the drawings of the transient
 NEAR = 0.25  # deg/s, room for the rates of the gimbals at the end
 FLOOR = 1e-10  # of the measure of singularity, as it is drawn

@@ -19,8 +19,8 @@ from cosim.papers.geng2012.gains import CENTRES, GAIN, SURFACE
 from cosim.system import Connection, Experiment, System, Value
 
 COMPENSATED, UNCOMPENSATED, LINEAR = "geng2012-compensated", "geng2012-uncompensated", "geng2012-linear"
-PRINTED_GAIN, Z_WHEEL_ONLY = "geng2012-printed-gain", "geng2012-z-wheel-only"
-PRINTED_GAMMA = "geng2012-printed-gamma"
+PRINTED_GAIN, PRINTED_GAMMA = "geng2012-printed-gain", "geng2012-printed-gamma"
+Z_WHEEL_ONLY, END_PHASE_WHEELS = "geng2012-z-wheel-only", "geng2012-end-phase-wheels"
 WEAK, STRONG = "geng2012-uncompensated-weak", "geng2012-uncompensated-strong"
 
 J = np.array([[70.0, 3.0, 4.0], [3.0, 60.0, 5.0], [4.0, 5.0, 90.0]])  # kg m2, nominal
@@ -76,6 +76,11 @@ def z_wheel_only() -> tuple[System, Experiment]:
     return _flight(Z_WHEEL_ONLY, {"trim_wheels": 0.0, "hand_over": 0.0}, rho_0=0.0)
 
 
+def end_phase_wheels() -> tuple[System, Experiment]:
+    """The cluster in the paper's words, x and y wheels in the end phase only: the linear law, hand-over as in N."""
+    return _flight(END_PHASE_WHEELS, {"trim_wheels": 2.0}, rho_0=0.0)
+
+
 def printed_gamma() -> tuple[System, Experiment]:
     """With the network, its weights learning as slowly as printed, gamma = 0.01: what the claims depend on."""
     return _flight(PRINTED_GAMMA, network=1.0, gamma=GAMMA_PRINTED)
@@ -99,6 +104,7 @@ def systems() -> dict[str, Callable[[], tuple[System, Experiment]]]:
         LINEAR: linear,
         PRINTED_GAIN: printed_gain,
         Z_WHEEL_ONLY: z_wheel_only,
+        END_PHASE_WHEELS: end_phase_wheels,
         PRINTED_GAMMA: printed_gamma,
         WEAK: weak,
         STRONG: strong,
