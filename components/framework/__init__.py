@@ -1,6 +1,7 @@
 """Floor 0: what a component is. Declarations, units, CasADi functions, the internal integrator."""
 
 from .component import Component, Condition, PythonComponent
+from .conditions import flag_conditions, not_negative, positive
 from .errors import ComponentError
 from .ports import ActuatorCluster, AttitudeController, AttitudePlant, Environment, Guidance
 from .variables import CalculatedParameter, Input, Output, Parameter, State, Variable
@@ -21,4 +22,7 @@ __all__ = [
     "PythonComponent",
     "State",
     "Variable",
+    "flag_conditions",
+    "not_negative",
+    "positive",
 ]
