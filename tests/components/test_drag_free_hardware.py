@@ -46,6 +46,28 @@ def test_noise_is_uniform_normal_and_white():
     assert (a == draws(noise.normal, 7, 0)).all()
 
 
+@pytest.mark.parametrize("seed", [-7, 0, 7, -(2**40), 2**40])
+@pytest.mark.parametrize("first", [-N // 2, 0, 2**31])
+def test_noise_is_that_of_whole_numbers(seed, first):
+    """Python's integers, which do not round and whose remainders are never negative, give every bit of it."""
+    n = ca.SX.sym("n")
+    counters = range(first, first + N, 100)
+    found = ca.Function("f", [n], [noise.uniform(n, seed, 3)]).map(len(counters))(np.array(counters)[None])
+    for counter, u in zip(counters, found.full().ravel(), strict=True):
+        x = 0
+        for k in (counter, seed, 3, *noise.CONSTANTS):
+            x = pow(x + k, 3, noise.MODULUS)
+        assert u == (x + 0.5) / noise.MODULUS
+
+
+def test_white_noise_before_time_zero_and_of_a_negative_seed():
+    t = ca.SX.sym("t")
+    f = ca.Function("f", [t], [noise.white(t, 0.1, -11.0, ca.DM([2.0]))])
+    rows = f.map(N)(0.1 * np.arange(-N + 100, 100)[None]).full().ravel()
+    assert kstest(rows / (2 * np.sqrt(5)), "norm").pvalue > 1e-3
+    assert len(set(rows)) == N
+
+
 def test_the_cube_is_a_permutation():
     """3 has no common divisor with m - 1, m prime: Fermat."""
     m = noise.MODULUS
