@@ -20,7 +20,7 @@ J = Parameter(unit="kg.m2", shape=(3, 3), start=200 * np.eye(3), doc="inertia of
 m_sc = Parameter(unit="kg", start=1050.0, doc="mass of the satellite without the test mass")
 m_tm = Parameter(unit="kg", start=1.0, doc="mass of the test mass")
 I_tm = Parameter(unit="kg.m2", start=2.667e-4, doc="inertia of the test mass, a cube, about any axis")
-K = Parameter(unit="N/m", start=1e-6, doc="stiffness between test mass and satellite")
+K = Parameter(unit="N/m", start=1e-6, doc="stiffness between test mass and satellite; negative: it pushes away")
 D = Parameter(unit="N.s/m", start=1.4e-11, doc="damping between test mass and satellite")
 K_r = Parameter(unit="N.m/rad", start=1e-9, doc="rotational stiffness between test mass and satellite")
 D_r = Parameter(unit="N.m.s/rad", start=3.3e-14, doc="rotational damping between test mass and satellite")

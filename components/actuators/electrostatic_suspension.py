@@ -1,7 +1,7 @@
 """Electrostatic suspension: the torque on the test mass, limited, slewed, quantised, noisy, sampled.
 
     y = the command within +-torque_limit, moved by at most rate T a sample                       (1)
-    tau = quantised y + noise, white, held between samples                                        (2)
+    tau = y rounded to quanta within its limits + noise, white, held between samples              (2)
 
 Frames: T test mass. Symbols: T in (1) sample_time.
 Source: chosen for H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
@@ -15,8 +15,8 @@ from typing import Any
 import casadi as ca
 
 from ..attitude.noise import white
-from ..attitude.slewing import quantised, slewed
-from ..framework import Component, Condition, Input, Output, Parameter, State
+from ..attitude.slewing import quantised, slewed, start_conditions
+from ..framework import Component, Condition, Input, Output, Parameter, State, not_negative
 
 
 class ElectrostaticSuspension(Component):
@@ -38,11 +38,13 @@ class ElectrostaticSuspension(Component):
         limit = p.torque_limit
         tau = slewed(u.tau_command_T, x.tau_last, -limit, limit, p.torque_rate, p.sample_time)  # (1)
         noise = white(t, p.sample_time, p.seed, p.torque_noise)
-        return {"tau_last": tau, "tau_now": quantised(tau, p.torque_quantum) + noise}  # (2)
+        return {"tau_last": tau, "tau_now": quantised(tau, p.torque_quantum, -limit, limit) + noise}  # (2)
 
     def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         return {"tau_T": x.tau_now, "saturated": ca.sum1(ca.fabs(x.tau_last) >= p.torque_limit)}
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        least = ca.mmin(p.torque_limit)
-        return [Condition(least >= 0, "torque_limit has an element {} N.m: it must not be negative.", (least,))]
+        return [
+            *not_negative(self, p, "torque_limit", "torque_rate", "torque_quantum", "torque_noise"),
+            *start_conditions(self, "tau_last", x.tau_last, -p.torque_limit, p.torque_limit),
+        ]

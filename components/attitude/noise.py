@@ -5,8 +5,8 @@
     normal: sqrt(-2 ln u_1) cos(2 pi u_2), u_1 and u_2 of two channels                            (3)
     white noise of one-sided amplitude density a, sampled every T: deviation a / sqrt(2 T)        (4)
 
-All products are below 2^53, so that (1) is exact in floating point and the same on every machine. There is no state: a
-step taken again gives the same noise.
+k_i are taken mod m, 0..m-1 for negative ones too. All products are below 2^53, so that (1) is exact in floating point
+and the same on every machine. There is no state: a step taken again gives the same noise.
 Source: (1) the permutation of M. Albrecht et al., MiMC, 2016; (3) G. Box, M. Muller, 1958.
 Limits: 67 million values; not for cryptography. Counter, seed and channel are rounded to whole numbers.
 """
@@ -23,7 +23,7 @@ def uniform(counter: Any, seed: Any, channel: int) -> Any:
     """Return a number in (0, 1)."""
     x = ca.SX(0)
     for k in (counter, seed, channel, *CONSTANTS):
-        x = _cube(x + ca.floor(ca.SX(k) + 0.5))
+        x = _cube(x + _reduced(ca.floor(ca.SX(k) + 0.5)))
     return (x + 0.5) / MODULUS  # (2)
 
 
@@ -38,6 +38,12 @@ def white(t: Any, period: Any, seed: Any, density: Any, first: int = 0) -> Any:
     counter = ca.floor(t / period + 0.5)
     draws = [normal(counter, seed, first + i) for i in range(density.numel())]
     return density * ca.vertcat(*draws) / ca.sqrt(2 * period)  # (4)
+
+
+def _reduced(k: Any) -> Any:
+    """Return k mod m, in 0..m-1: fmod has the sign of k."""
+    rest = ca.fmod(k, MODULUS)
+    return rest + MODULUS * (rest < 0)
 
 
 def _cube(x: Any) -> Any:

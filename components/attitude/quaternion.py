@@ -10,12 +10,15 @@
 
 Source: textbook identities; the tests compare each with scipy.spatial.transform.Rotation (scalar_first=True).
 Invariants: (2) keeps |q|; (5) has all derivatives at zero; (4), (5) and the angles from (3) are those of q / |q|.
+Every result is a number for q = 0 too, so that it is a start's check that refuses it.
 Limits: at half a turn the short way is either way: (4) jumps there.
 """
 
 from typing import Any
 
 import casadi as ca
+
+from .vectors import direction
 
 
 def product(a: Any, b: Any) -> Any:
@@ -35,8 +38,13 @@ def about(axis: Any, angle: Any) -> Any:
 
 
 def normalised(q: Any) -> Any:
-    """Return q / |q|."""
-    return q / ca.sqrt(ca.dot(q, q))
+    """Return q / |q|, and 0 for q = 0."""
+    return direction(q)
+
+
+def short(q: Any) -> Any:
+    """Return that of q and -q whose scalar part is not negative: the short way."""
+    return q * ca.if_else(q[0] < 0, -1, 1)  # (4)
 
 
 def rotate(q: Any, v: Any) -> Any:
@@ -60,7 +68,7 @@ def from_dcm(C: Any) -> Any:
     for k in range(1, 4):
         larger = columns[k, k] > size
         best, size = ca.if_else(larger, columns[:, k], best), ca.if_else(larger, columns[k, k], size)
-    return normalised(best) * ca.if_else(best[0] < 0, -1, 1)
+    return short(normalised(best))
 
 
 def rate(q: Any, omega: Any) -> Any:
@@ -70,16 +78,16 @@ def rate(q: Any, omega: Any) -> Any:
 
 def error(q_BN: Any, q_RN: Any) -> Any:
     """Return q_BR, the attitude of the body relative to the reference, short way."""
-    q = product(conjugate(q_RN), q_BN)
-    return q * ca.if_else(q[0] < 0, -1, 1)  # (4)
+    return short(product(conjugate(q_RN), q_BN))  # (4)
 
 
 def rotation_vector(q: Any) -> Any:
     """Return axis times angle of a quaternion whose scalar part is not negative, in rad."""
     q0, qv = q[0], q[1:4]
     n2 = ca.dot(qv, qv)
-    near = n2 < 1e-8 * q0**2
+    near = n2 <= 1e-8 * q0**2
     n = ca.sqrt(ca.if_else(near, 1, n2))
-    x2 = n2 / ca.if_else(near, q0**2, 1)
-    series = (1 - x2 / 3 + x2**2 / 5) / ca.if_else(near, q0, 1)
+    scalar = ca.if_else(ca.logic_and(near, q0 != 0), q0, 1)
+    x2 = n2 / scalar**2
+    series = (1 - x2 / 3 + x2**2 / 5) / scalar
     return 2 * ca.if_else(near, series, ca.atan2(n, q0) / n) * qv  # (5)

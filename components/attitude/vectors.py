@@ -1,7 +1,7 @@
 """Lengths, symmetric 3 x 3 matrices.
 
     asymmetry of A: the largest |a_ij - a_ji|                                                     (1)
-    |v| = sqrt(v . v), with slope 0 at v = 0                                                      (2)
+    |v| = sqrt(v . v), with slope 0 at v = 0;  direction v / |v|, 0 for v = 0                     (2)
     eigenvalues of a symmetric A: m + 2 r cos(phi - 2 pi k / 3), k = 0, 1, 2,                     (3)
         m = tr A / 3, r^2 = tr (A - m I)^2 / 6, cos 3 phi = det((A - m I) / r) / 2
 
@@ -18,6 +18,12 @@ def length(v: Any) -> Any:
     """Return the Euclidean norm of a column; its derivative at zero is zero, where that of a square root has none."""
     square = ca.dot(v, v)
     return ca.if_else(square > 0, ca.sqrt(ca.if_else(square > 0, square, 1)), 0)  # (2)
+
+
+def direction(v: Any) -> Any:
+    """Return v / |v|, and 0 for v = 0."""
+    size = length(v)
+    return v / ca.if_else(size > 0, size, 1)  # (2)
 
 
 def smallest_eigenvalue(A: Any) -> Any:

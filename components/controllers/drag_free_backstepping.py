@@ -8,7 +8,8 @@ Loop i, per axis, x1 error, x2 its rate: x2' = a x1 + b x2 + c u + f, and
     3: x1 = angles of T to S, x2 = w_rel, a = -K_r/I_tm, b = -D_r/I_tm, c = 1/I_tm,               (44)
        x2' has -u_2/J_ii too: u has + u_2/J_ii, and + W_2^T h_2 with `consistent_feedforward`
 V = 1/2 lambda x1^2 + 1/2 z^2 + 1/2 Gamma |W* - W|^2 has V' = -lambda k1 x1^2 - k2 z^2 for f = W*^T h         (46)
-and the closed loop without network is s^2 + (k1 + k2) s + lambda + k1 k2.
+and the closed loop without network is
+    s^2 + (k1 + k2) s + lambda + k1 k2: stable where both coefficients are positive               (47)
 
 Frames: S satellite, R reference, T test mass, N inertial; angles 3-2-1 as (roll, pitch, yaw).
 Source: H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing Technology
@@ -28,10 +29,19 @@ import numpy as np
 from .. import drag_free
 from ..attitude import euler, quaternion
 from ..attitude.rbf import gaussian
-from ..framework import Component, Condition, Input, Output, Parameter, State
-from ..vehicle import inertia_conditions
-
-IDENTITY = (1.0, 0.0, 0.0, 0.0)
+from ..framework import (
+    Component,
+    Condition,
+    Input,
+    Output,
+    Parameter,
+    State,
+    flag_conditions,
+    not_negative,
+    positive,
+)
+from ..framework.ports import IDENTITY
+from ..vehicle import inertia_conditions, quaternion_condition
 
 
 def _grid(component: Any) -> np.ndarray:
@@ -127,18 +137,28 @@ class DragFreeBackstepping(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        conditions = inertia_conditions(p.J)
-        for name, unit in (("m_sc", "kg"), ("m_tm", "kg"), ("I_tm", "kg.m2"), ("Gamma", "s2")):
-            value = ca.mmin(vars(p)[name])
-            conditions.append(Condition(value, f"{name} = {{}} {unit}: it must be positive.", (value,)))
-        conditions.append(Condition(p.width, "width = {}: it must be positive.", (p.width,)))
-        for name, unit in (("scale_r", "m"), ("scale_v", "m/s"), ("scale_angle", "rad"), ("scale_rate", "rad/s")):
-            value = ca.mmin(vars(p)[name])
-            conditions.append(Condition(value, f"{name} = {{}} {unit}: it must be positive.", (value,)))
+        conditions = [
+            *inertia_conditions(p.J),
+            *positive(self, p, "m_sc", "m_tm", "I_tm", "Gamma", "width"),
+            *positive(self, p, "scale_r", "scale_v", "scale_angle", "scale_rate"),
+            *not_negative(self, p, "D", "D_r"),
+            *flag_conditions(self, p, "network", "consistent_feedforward"),
+            *(quaternion_condition(name, vars(u)[name]) for name in ("q_SN", "q_TS", "q_RN")),
+        ]
+        for i in range(3):
+            k_1, k_2, stiffness = f"k_1[{i + 1}]", f"k_2[{i + 1}]", f"stiffness[{i + 1}]"
+            damping, spring = p.k_1[i] + p.k_2[i], p.stiffness[i] + p.k_1[i] * p.k_2[i]
+            text = f"{k_1} + {k_2} = {{}} 1/s: it must be positive, or the loop is unstable."
+            conditions.append(Condition(damping, text, (damping,)))  # (47)
+            text = f"{stiffness} + {k_1} {k_2} = {{}} 1/s2: it must be positive, or the loop is unstable."
+            conditions.append(Condition(spring, text, (spring,)))  # (47)
+            for name, gain in ((k_1, p.k_1[i]), (k_2, p.k_2[i])):
+                text = f"{name} = {{}} 1/s: it must not be negative where the network learns (network = 1)."
+                conditions.append(Condition(ca.logic_or(p.network < 0.5, gain >= 0), text, (gain,)))  # (46)
         for name, q in (("q_SN", quaternion.error(u.q_SN, u.q_RN)), ("q_TS", u.q_TS)):
-            pitch = euler.angles_321(q)[1]
+            angles = euler.angles_321(q)
             text = f"pitch of {name} is {{}} deg at the start: the law has Euler angles 3-2-1, singular at +-90 deg."
-            conditions.append(Condition(ca.cos(pitch) - 1e-3, text, (pitch / drag_free.DEGREE,)))
+            conditions.append(Condition(1 - euler.locked(angles), text, (angles[1] / drag_free.DEGREE,)))
         return conditions
 
     def _loops(self, u: Any, p: Any) -> list[tuple[Any, Any, list[Any]]]:

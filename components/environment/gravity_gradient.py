@@ -37,4 +37,8 @@ class GravityGradient(Component):
         return {"tau_dist_B": 3 * p.orbit_rate**2 * ca.cross(c, p.J @ c)}  # (2)
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        return [*vehicle.inertia_conditions(p.J), gravity.orbit_condition(p.orbit_rate)]
+        return [
+            *vehicle.inertia_conditions(p.J),
+            *gravity.orbit_conditions(self, p),
+            vehicle.quaternion_condition("q_BN", u.q_BN),
+        ]

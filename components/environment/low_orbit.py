@@ -4,12 +4,14 @@
     drag: F_N = -1/2 rho CdA |v| v                                                                (2)
     solar pressure: F_N = -F_s nu s^, nu = 1 - (1 - tanh(l/2e5 m)) (1 - tanh((d - R_E)/2e4 m))/4  (3)
         l = r . s^,  d = sqrt(|r|^2 - l^2)
-    f = A_BN (drag + solar pressure) + gusts,  tau = r_cp x f                                     (4)
+    f = A_BN (drag + solar pressure + gusts),  tau = r_cp x f                                     (4)
     gusts, of amplitude spectral density a/sqrt(1 + (f/f_c)^2): sum over the lines f_i, i = 1..m, of   (5)
-        density_i sqrt(2 spacing_i) cos(2 pi (f_i t + phase_i)), independent on each axis B
+        density_i sqrt(2 spacing_i) cos(2 pi (f_i t + phase_i)), independent along each axis of
+    the track: x along v, y opposite to the orbit normal r x v, z = x x y, to nadir on a circle   (6)
 
-Frames: N inertial, B body; s^ unit vector to the Sun, N axes; the atmosphere does not rotate. f_i are spread evenly in
-log f between the ends of the band; phases are a hash of seed, axis and line, so that a run can be repeated.
+Frames: N inertial, B body; s^ unit vector to the Sun, N axes; the atmosphere does not rotate; the track is the orbit
+frame LVLH on a circle. f_i are spread evenly in log f between the ends of the band; phases are a hash of seed, axis and
+line, so that a run can be repeated.
 Source: chosen for H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
 Technology and Automation 33(2), 2014, which names its environment only; rho_0 gives a mean of 7 mN over an orbit.
 Invariants: 0 <= nu <= 1; f . v < 0 without solar pressure and gusts.
@@ -23,10 +25,21 @@ import casadi as ca
 import numpy as np
 
 from .. import drag_free
-from ..attitude import quaternion
-from ..attitude.gravity import EARTH_RADIUS
+from ..attitude import gravity, quaternion
 from ..attitude.noise import uniform
-from ..framework import CalculatedParameter, Component, Condition, Environment, Input, Output, Parameter
+from ..attitude.vectors import direction
+from ..framework import (
+    CalculatedParameter,
+    Component,
+    Condition,
+    Environment,
+    Input,
+    Output,
+    Parameter,
+    not_negative,
+    positive,
+)
+from ..vehicle import quaternion_condition
 
 
 class LowOrbit(Component):
@@ -41,10 +54,14 @@ class LowOrbit(Component):
     solar_force = Parameter(unit="N", start=5.9e-5, doc="F_s, force of the sunlight")
     sun_N = Parameter(unit="1", shape=(3,), start=(0.6, -0.64, 0.48), doc="unit vector to the Sun")
     r_cp = Parameter(unit="m", shape=(3,), start=(0.10, 0.02, -0.01), doc="centre of pressure, B axes")
-    earth_radius = Parameter(unit="m", start=EARTH_RADIUS, doc="radius of the Earth")
+    earth_radius = Parameter(unit="m", start=gravity.EARTH_RADIUS, doc="radius of the Earth")
     terminator_width = Parameter(unit="m", start=2e5, doc="width of the change from day to night along the Sun's line")
     penumbra_width = Parameter(unit="m", start=2e4, doc="width of the penumbra across the Sun's line")
-    gust_density = Parameter(unit="N/Hz(1/2)", shape=(3,), doc="spectral density of the gusts below gust_corner")
+    gust_density = Parameter(
+        unit="N/Hz(1/2)",
+        shape=(3,),
+        doc="spectral density of the gusts below gust_corner: along the track, lateral (6)",
+    )
     gust_corner = Parameter(unit="1/s", start=0.01, doc="corner frequency f_c of the gusts (Hz)")
     gust_band = Parameter(unit="1/s", shape=(2,), start=(2e-3, 0.2), doc="lowest and highest frequency (Hz)")
     seed = Parameter(unit="1", start=1.0, doc="seed of the gusts' phases, a whole number")
@@ -80,9 +97,9 @@ class LowOrbit(Component):
         nu = 1 - night * behind / 4  # (3)
         A = quaternion.dcm(u.q_BN)
         turns = ca.repmat(p.gust_frequency.T * t, 3, 1) + p.gust_phase
-        gusts = ca.sum2(p.gust_amplitude * ca.cos(2 * ca.pi * turns))  # (5)
+        gusts = _track(u.r_N, u.v_N) @ ca.sum2(p.gust_amplitude * ca.cos(2 * ca.pi * turns))  # (5)
         drag_B = A @ drag
-        force = drag_B - A @ (p.solar_force * nu * p.sun_N) + gusts  # (4)
+        force = drag_B + A @ (gusts - p.solar_force * nu * p.sun_N)  # (4)
         return {
             "f_dist_B": force,
             "tau_dist_B": ca.cross(p.r_cp, force),  # (4)
@@ -91,16 +108,23 @@ class LowOrbit(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        r, sun = ca.norm_2(u.r_N), ca.norm_2(p.sun_N)
-        below = "r_N is {} km from the Earth's centre, its radius is {} km: the orbit is below the surface."
-        text = "sun_N has length {}: a unit vector (within 1e-6) is needed."
-        conditions = [
-            Condition(r - p.earth_radius, below, (r / 1e3, p.earth_radius / 1e3)),
-            Condition(1e-6 - ca.fabs(sun - 1), text, (sun,)),
+        sun, low, high = ca.norm_2(p.sun_N), p.gust_band[0], p.gust_band[1]
+        unit = "sun_N has length {}: a unit vector (within 1e-6) is needed."
+        bulge = "bulge = {}: the night's density 1 - b is that of a gas for 0 <= b <= 1 only."
+        band = "gust_band is {} to {} Hz: 0 < lowest < highest is needed."
+        return [
+            gravity.plane_condition(u.r_N, u.v_N),
+            gravity.surface_condition(u.r_N, p.earth_radius),
+            quaternion_condition("q_BN", u.q_BN),
+            Condition(1e-6 - ca.fabs(sun - 1), unit, (sun,)),
+            *positive(self, p, "scale_height", "earth_radius", "terminator_width", "penumbra_width", "gust_corner"),
+            *not_negative(self, p, "rho_0", "CdA", "solar_force", "gust_density"),
+            Condition(ca.logic_and(p.bulge >= 0, p.bulge <= 1), bulge, (p.bulge,)),
+            Condition(ca.fmin(low, high - low), band, (low, high)),
         ]
-        for name, unit in (("scale_height", "m"), ("gust_corner", "1/s")):
-            value = vars(p)[name]
-            conditions.append(Condition(value, f"{name} = {{}} {unit}: it must be positive.", (value,)))
-        low, high = p.gust_band[0], p.gust_band[1]
-        text = "gust_band is {} to {} Hz: 0 < lowest < highest is needed."
-        return [*conditions, Condition(ca.fmin(low, high - low), text, (low, high))]
+
+
+def _track(r_N: Any, v_N: Any) -> Any:
+    """Return the axes of the track in N, as columns."""
+    x, y = direction(v_N), -direction(ca.cross(r_N, v_N))
+    return ca.horzcat(x, y, ca.cross(x, y))  # (6)

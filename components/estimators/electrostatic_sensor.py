@@ -20,8 +20,9 @@ import casadi as ca
 from .. import drag_free
 from ..attitude import quaternion
 from ..attitude.noise import white
-from ..framework import Component, Condition, Input, Output, Parameter, State
+from ..framework import Component, Condition, Input, Output, Parameter, State, not_negative, positive
 from ..framework.ports import IDENTITY
+from ..vehicle import quaternion_condition
 
 
 class ElectrostaticSensor(Component):
@@ -49,13 +50,13 @@ class ElectrostaticSensor(Component):
     valid = Output(unit="1", doc="1: the measurement can be used")
 
     def initial(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
-        return {"r_slow": u.r_rel_true, "th_slow": _rotation(u.q_TS_true)}
+        return {"r_slow": u.r_rel_true, "th_slow": quaternion.rotation_vector(quaternion.short(u.q_TS_true))}
 
     def update(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         r = u.r_rel_true + white(t, p.sample_time, p.seed, p.position_noise)  # (1)
         n = white(t, p.sample_time, p.seed, p.attitude_noise, 3)
         q = quaternion.normalised(quaternion.product(u.q_TS_true, ca.vertcat(1, n / 2)))  # (1)
-        th, part = _rotation(q), 1 - ca.exp(-p.sample_time / p.filter_time)
+        th, part = quaternion.rotation_vector(quaternion.short(q)), 1 - ca.exp(-p.sample_time / p.filter_time)
         return {
             "r_seen": r,
             "q_seen": q,
@@ -69,8 +70,9 @@ class ElectrostaticSensor(Component):
         return {"r_rel": x.r_seen, "v_rel": x.v_seen, "q_TS": x.q_seen, "omega_TS_T": x.omega_seen, "valid": 1}
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        return [Condition(p.filter_time, "filter_time = {} s: it must be positive.", (p.filter_time,))]
-
-
-def _rotation(q: Any) -> Any:
-    return quaternion.rotation_vector(q * ca.if_else(q[0] < 0, -1, 1))
+        return [
+            *positive(self, p, "filter_time"),
+            *not_negative(self, p, "position_noise", "attitude_noise"),
+            quaternion_condition("q_TS_true", u.q_TS_true),
+            quaternion_condition("q_seen", x.q_seen),
+        ]

@@ -16,8 +16,9 @@ import casadi as ca
 
 from ..attitude import quaternion
 from ..attitude.noise import white
-from ..framework import Component, Input, Output, Parameter, State
+from ..framework import Component, Condition, Input, Output, Parameter, State, not_negative
 from ..framework.ports import IDENTITY
+from ..vehicle import quaternion_condition
 
 
 class StarTrackerGyro(Component):
@@ -45,3 +46,10 @@ class StarTrackerGyro(Component):
 
     def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         return {"q_BN": x.q_seen, "omega_BN_B": x.omega_seen, "valid": 1}
+
+    def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
+        return [
+            *not_negative(self, p, "attitude_noise", "rate_noise"),
+            quaternion_condition("q_BN_true", u.q_BN_true),
+            quaternion_condition("q_seen", x.q_seen),
+        ]

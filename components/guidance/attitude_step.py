@@ -17,7 +17,7 @@ import casadi as ca
 from ..attitude import quaternion
 from ..framework import Component, Condition, Guidance, Parameter
 from ..framework.ports import IDENTITY
-from ..vehicle import DEGREE
+from ..vehicle import DEGREE, quaternion_condition
 
 
 class AttitudeStep(Component):
@@ -42,11 +42,6 @@ class AttitudeStep(Component):
 
 def turn_conditions(p: Any) -> list[Condition]:
     """Return the conditions on the start and the axis of a turn."""
-    return [
-        Condition(
-            1e-6 - ca.fabs(ca.norm_2(value) - 1),
-            f"{name} has length {{}}, a unit {kind} (within 1e-6) is needed. Divide it by its length.",
-            (ca.norm_2(value),),
-        )
-        for name, value, kind in (("q_start", p.q_start, "quaternion"), ("axis", p.axis, "vector"))
-    ]
+    size = ca.norm_2(p.axis)
+    text = "axis has length {}, a unit vector (within 1e-6) is needed. Divide it by its length."
+    return [quaternion_condition("q_start", p.q_start), Condition(1e-6 - ca.fabs(size - 1), text, (size,))]

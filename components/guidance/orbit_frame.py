@@ -35,4 +35,4 @@ class OrbitFrame(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        return [gravity.orbit_condition(p.orbit_rate)]
+        return gravity.orbit_conditions(self, p)

@@ -19,7 +19,7 @@ from typing import Any
 import casadi as ca
 
 from ..attitude import gravity, quaternion
-from ..framework import Component, Condition, Guidance, Input, Parameter
+from ..framework import Component, Condition, Guidance, Input, Parameter, not_negative, positive
 
 
 class OrbitFrameFromState(Component):
@@ -46,11 +46,9 @@ class OrbitFrameFromState(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        across = ca.norm_2(ca.cross(u.r_N, u.v_N)) - 1e-6 * ca.norm_2(u.r_N) * ca.norm_2(u.v_N)
-        r = ca.norm_2(u.r_N)
-        below = "r_N is {} km from the Earth's centre, earth_radius is {} km: the orbit is below the surface."
-        text = "r_N and v_N are parallel or zero at the start (|r_N| = {} m, |v_N| = {} m/s): they span no orbit plane."
         return [
-            Condition(across, text, (r, ca.norm_2(u.v_N))),
-            Condition(r - p.earth_radius, below, (r / 1e3, p.earth_radius / 1e3)),
+            *positive(self, p, "earth_radius"),
+            *not_negative(self, p, "mu"),
+            gravity.plane_condition(u.r_N, u.v_N),
+            gravity.surface_condition(u.r_N, p.earth_radius),
         ]

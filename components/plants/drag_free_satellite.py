@@ -30,7 +30,17 @@ import casadi as ca
 
 from .. import drag_free
 from ..attitude import gravity, quaternion
-from ..framework import CalculatedParameter, Component, Condition, Input, Output, Parameter, State
+from ..framework import (
+    CalculatedParameter,
+    Component,
+    Condition,
+    Input,
+    Output,
+    Parameter,
+    State,
+    not_negative,
+    positive,
+)
 from ..vehicle import inertia_conditions, quaternion_condition
 
 
@@ -131,7 +141,7 @@ class DragFreeSatellite(Component):
     def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         A_SN, A, w, rho = quaternion.dcm(x.q_SN), quaternion.dcm(x.q_TS), x.omega_SN_S, p.r_h + x.r_rel
         m, V, w_tm = p.m_sc * p.m_tm / (p.m_sc + p.m_tm), x.v_rel + ca.cross(w, rho), x.omega_TS_T + A @ w
-        th = quaternion.rotation_vector(x.q_TS * ca.if_else(x.q_TS[0] < 0, -1, 1))
+        th = quaternion.rotation_vector(quaternion.short(x.q_TS))
         F, _ = self._suspension(x, p)
         springs = p.K * ca.sumsqr(x.r_rel) + p.K_r * ca.sumsqr(th)
         return {
@@ -141,20 +151,19 @@ class DragFreeSatellite(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        conditions = inertia_conditions(p.J)
-        for name, unit in (("m_sc", "kg"), ("m_tm", "kg"), ("I_tm", "kg.m2"), ("cage_gap", "m")):
-            value = vars(p)[name]
-            conditions.append(Condition(value, f"{name} = {{}} {unit}: it must be positive.", (value,)))
-        r = ca.norm_2(x.r_N)
-        text = "r_N is {} km from the Earth's centre at the start, its radius is {} km: the orbit is below the surface."
-        above = ca.if_else(p.mu > 0, r > p.earth_radius, 1)
-        conditions.append(Condition(above, text, (r / 1e3, p.earth_radius / 1e3)))
         off = ca.mmax(ca.fabs(x.r_rel))
         text = "r_rel has an element of {} mm at the start, its cage is at {} mm (cage_gap)."
-        conditions.append(Condition(p.cage_gap - off, text, (1e3 * off, 1e3 * p.cage_gap)))
-        return [*conditions, *(quaternion_condition(name, vars(x)[name]) for name in ("q_SN", "q_TS"))]
+        return [
+            *inertia_conditions(p.J),
+            *positive(self, p, "m_sc", "m_tm", "I_tm", "cage_gap", "earth_radius"),
+            *not_negative(self, p, "D", "D_r", "mu"),
+            gravity.surface_condition(x.r_N, p.earth_radius, p.mu),
+            gravity.perigee_condition(gravity.Earth(p.mu, p.J2, p.earth_radius), x.r_N, x.v_N),
+            Condition(p.cage_gap - off, text, (1e3 * off, 1e3 * p.cage_gap)),
+            *(quaternion_condition(name, vars(x)[name]) for name in ("q_SN", "q_TS")),
+        ]
 
     def _suspension(self, x: Any, p: Any) -> tuple[Any, Any]:
         """Return force (S axes) and torque (T axes) on the test mass."""
-        th = quaternion.rotation_vector(x.q_TS * ca.if_else(x.q_TS[0] < 0, -1, 1))
+        th = quaternion.rotation_vector(quaternion.short(x.q_TS))
         return -p.K * x.r_rel - p.D * x.v_rel, -p.K_r * th - p.D_r * x.omega_TS_T  # (4), (5)

@@ -54,6 +54,22 @@ def test_start_values_pass_check(name):
     assert Point(CATALOG[name]()).violated() == []
 
 
+def quaternions(part):
+    """What can be set and is a quaternion by its name and shape."""
+    settable = (*part.inputs, *(s for s in part.states if not s.calculated), *part.parameters)
+    return [v for v in settable if v.name.startswith("q_") and v.shape == (4,)]
+
+
+@pytest.mark.parametrize(("name", "q"), [(n, v.name) for n, make in CATALOG.items() for v in quaternions(make())])
+@pytest.mark.parametrize("size", [0.0, 2.0])
+def test_what_is_no_unit_quaternion_is_refused(name, q, size):
+    """By its name and its norm, and before a master meets what is no number."""
+    point = Point(CATALOG[name](), **{q: [size, 0, 0, 0]})
+    assert np.isfinite(np.concatenate([point.initial(), point.outputs_flat(), point.rates_flat()])).all()
+    text = f"{q} has norm {size:g} at the start, a unit quaternion (within 1e-6) is needed. Divide it by its norm."
+    assert text in point.violated()
+
+
 @every
 @pytest.mark.parametrize("spread", SPREADS)
 def test_directional_derivatives(name, spread):
@@ -128,7 +144,7 @@ OPTIONS = [  # parameters that choose between numbered readings of a law: their 
     (name, v.name)
     for name, make in CATALOG.items()
     for v in make().parameters
-    if v.doc.startswith("1: ") and not v.name.startswith("solver.") and name != "DragFreeBackstepping"
+    if v.doc.startswith("1: ") and not v.name.startswith("solver.")
 ]
 
 

@@ -69,9 +69,12 @@ def earth(r):
 
 def test_against_two_bodies_in_inertial_coordinates():
     """Newton and Euler for satellite and test mass, each from the Earth's centre; commands and disturbances on."""
-    f, tau, tau_t = np.array([0.02, -0.01, 0.005]), np.array([2e-3, -1e-3, 3e-3]), np.array([1e-8, 2e-8, -1e-8])
+    command, tau_command = np.array([0.03, -0.02, 0.01]), np.array([5e-3, -2e-3, 1e-3])
+    drag, tau_drag = np.array([-0.01, 0.01, -0.005]), np.array([-3e-3, 1e-3, 2e-3])
+    f, tau, tau_t = command + drag, tau_command + tau_drag, np.array([1e-8, 2e-8, -1e-8])
     part = DragFreeSatellite(J=np.diag([180.0, 220.0, 200.0]), K=1e-3, D=1e-4, K_r=1e-6, D_r=1e-8, cage_gap=1.0)
-    point = Point(part, f_command_S=f, tau_command_S=tau, tau_command_T=tau_t, omega_SN_S=[1e-3, 2e-3, -1e-3])
+    inputs = dict(f_command_S=command, tau_command_S=tau_command, f_dist_S=drag, tau_dist_S=tau_drag)
+    point = Point(part, **inputs, tau_command_T=tau_t, omega_SN_S=[1e-3, 2e-3, -1e-3])
     x0, J, r_h = point.states(), np.diag([180.0, 220.0, 200.0]), np.array([0.05, -0.03, 0.02])
     stop = 40.0
     found = split(part.states, point.advance(0.02, round(stop / 0.02)).T)
@@ -129,6 +132,21 @@ def test_difference_of_gravity_without_cancellation(size):
     assert_allclose(oblate, (wide[0] - wide[1]) / (2 * longer), rtol=1e-5, atol=1e-7 * np.abs(oblate).max())
 
 
+def test_residual_acceleration_is_that_of_the_test_mass():
+    """What its inertial velocity gains in a short time: no gravity, spring and damper, a turned satellite."""
+    h, at_rest = 1e-3, QUIET | dict(q_SN=[0.5, 0.5, -0.5, 0.5])
+    point = Point(DragFreeSatellite(), **at_rest | dict(D=0.2, K=1.0), v_rel=[1e-3, 2e-3, 0])
+    rows = np.column_stack([point.x, point.advance(h, 1)]).T
+    x, shown = split(point.component.states, rows), []
+    for row in rows:
+        point.x = row
+        shown.append(point.outputs()["residual_acceleration_S"])
+    shown = inertial_axes(x["q_SN"]).apply(shown)
+    rho = np.array([0.05, -0.03, 0.02]) + x["r_rel"]
+    v_tm = x["v_N"] + inertial_axes(x["q_SN"]).apply(x["v_rel"] + np.cross(x["omega_SN_S"], rho))
+    assert_allclose((v_tm[1] - v_tm[0]) / h, shown.mean(axis=0), rtol=1e-6)  # trapezoid: (D h/m)^2/12 and the like
+
+
 def test_the_cage_holds_the_test_mass():
     point = Point(DragFreeSatellite(), **QUIET, r_rel=ZERO, v_rel=[0, -1e-3, 0], K=0.0)
     x = split(point.component.states, point.advance(0.01, 600).T)
@@ -137,6 +155,18 @@ def test_the_cage_holds_the_test_mass():
     assert_allclose(x["r_rel"][-1], [0, -4e-3, 0], atol=1.1e-5)
     assert np.abs(x["v_rel"][-1]).max() == 0 and np.abs(x["omega_TS_T"][-1]).max() == 0
     assert (x["cage_contact"][401:] == 1).all()
+
+
+def test_the_test_mass_does_not_turn_in_the_grip_of_its_cage():
+    """A torque that would turn it by many degrees."""
+    turning = dict(omega_TS_T=[0, 0.01, 0], tau_command_T=[1e-5, 0, 0])
+    point = Point(DragFreeSatellite(), **QUIET, r_rel=ZERO, v_rel=[0, -1e-3, 0], **turning)
+    x = split(point.component.states, point.advance(0.01, 800).T)
+    q = inertial_axes(x["q_TS"])
+    assert (q[0].inv() * q[390]).magnitude() > 0.1
+    assert (q[405].inv() * q[405:]).magnitude().max() < 1e-14
+    held = Point(DragFreeSatellite(), cage_contact=1.0, v_rel=[1e-3, 0, 0], **turning).rates()
+    assert all(np.abs(held[n]).max() == 0 for n in ("r_rel", "v_rel", "q_TS", "omega_TS_T"))
 
 
 @pytest.mark.parametrize(
@@ -151,7 +181,12 @@ def test_the_cage_holds_the_test_mass():
         (dict(m_tm=-1.0), "m_tm = -1 kg: it must be positive."),
         (dict(m_sc=0.0), "m_sc = 0 kg: it must be positive."),
         (dict(cage_gap=0.0), "cage_gap = 0 m: it must be positive."),
-        (dict(r_N=[6.3e6, 0, 0]), "r_N is 6300 km from the Earth's centre at the start, its radius is 6378.14 km"),
+        (dict(D=-1e-11), "D = -1e-11 N.s/m: it must not be negative."),
+        (dict(D_r=-1e-14), "D_r = -1e-14 N.m.s/rad: it must not be negative."),
+        (dict(mu=-1.0), "mu = -1 m3/s2: it must not be negative."),
+        (dict(earth_radius=0.0), "earth_radius = 0 m: it must be positive."),
+        (dict(r_N=[6.3e6, 0, 0]), "r_N is 6300 km from the Earth's centre at the start, earth_radius is 6378.14 km"),
+        (dict(v_N=[0, 0, 0]), "perigee of r_N and v_N at the start is 0 km from the Earth's centre"),
         (dict(r_rel=[0, -5e-3, 0]), "r_rel has an element of 5 mm at the start, its cage is at 4 mm (cage_gap)."),
         (dict(q_SN=[0, 0, 0, 0]), "q_SN has norm 0 at the start"),
         (dict(q_TS=[2, 0, 0, 0]), "q_TS has norm 2 at the start"),
@@ -159,3 +194,27 @@ def test_the_cage_holds_the_test_mass():
 )
 def test_bad_input(values, message):
     assert any(text.startswith(message) for text in Point(DragFreeSatellite(), **values).violated())
+
+
+@pytest.mark.parametrize(
+    ("lowest", "highest"), [(6300.0, 6638.0), (6390.0, 6638.0), (6390.0, 42164.0), (6300.0, 42164.0)]
+)
+@pytest.mark.parametrize("turn", [0.4, 2.0, -1.0])
+def test_an_orbit_into_the_ground_is_refused(lowest, highest, turn):
+    """Kepler's ellipse of two distances (km), entered anywhere above the ground, climbing or falling."""
+    a, e = 5e2 * (lowest + highest), (highest - lowest) / (highest + lowest)
+    p, tilt = a * (1 - e**2), Rotation.from_euler("xz", [1.1, 0.3])
+    turn = np.pi * np.sign(turn) - turn if lowest < 6378 else turn  # near the apogee
+    r = p / (1 + e * np.cos(turn)) * np.array([np.cos(turn), np.sin(turn), 0])
+    v = np.sqrt(3.986004418e14 / p) * np.array([-np.sin(turn), e + np.cos(turn), 0])
+    found = Point(DragFreeSatellite(), r_N=tilt.apply(r), v_N=tilt.apply(v)).violated()
+    text = (
+        f"perigee of r_N and v_N at the start is {lowest:g} km from the Earth's centre, earth_radius is 6378.14 km: "
+        "the orbit leads into the ground. Check v_N."
+    )
+    assert found == ([text] if lowest < 6378 else [])
+
+
+def test_a_spring_may_push_away():
+    """As the electrostatic one of a real suspension does."""
+    assert Point(DragFreeSatellite(), K=-1e-6, K_r=-1e-9).violated() == []

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from helpers import Point
+from helpers import Point, split
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp, trapezoid
 from scipy.spatial.transform import Rotation
@@ -49,6 +49,30 @@ def test_drag_is_against_the_velocity_and_falls_with_height():
     assert_allclose(outputs(**up)["drag_B"], low["drag_B"] / np.e, rtol=1e-12)
 
 
+def test_the_air_is_denser_at_noon():
+    """The bulge is 30 % of the mean density towards the Sun and as much less opposite to it."""
+    radius, across = np.linalg.norm(START_R_N), 7.7e3 * np.cross(SUN, [0, 0, 1])
+    noon, dusk, midnight = (
+        np.linalg.norm(outputs(r_N=radius * r, v_N=across)["drag_B"])
+        for r in (SUN, across / np.linalg.norm(across), -SUN)
+    )
+    assert_allclose([noon / dusk, midnight / dusk], [1.3, 0.7], rtol=1e-12)
+
+
+def shadow(along, above):
+    """Sunlight at l m along the Sun's line, at a distance from it that is the Earth's radius and so many m."""
+    side = np.cross(SUN, [0, 0, 1])
+    return outputs(r_N=along * SUN + (6378136.3 + above) * side / np.linalg.norm(side))["sunlight"]
+
+
+def test_widths_of_terminator_and_penumbra():
+    """One width from its middle, half of a tanh has the part (1 + tanh 1)/2 = 0.8808 of its way behind it."""
+    part = 1 / (1 + np.exp(-2.0))
+    at_edge, in_shadow = (shadow(l, 0) for l in (2e5, -2e5)), (shadow(-6e6, above) for above in (2e4, -2e4))
+    assert_allclose(list(at_edge), [0.5 + part / 2, 1 - part / 2], rtol=1e-9)
+    assert_allclose(list(in_shadow), [part, 1 - part], rtol=1e-6)
+
+
 def test_sunlight_and_shadow():
     radius = np.linalg.norm(START_R_N)
     assert outputs(r_N=radius * SUN)["sunlight"] == pytest.approx(1, abs=1e-12)
@@ -70,15 +94,39 @@ def test_attitude_turns_the_force():
     assert_allclose(turned, [f[1], -f[0], f[2]], atol=1e-15)
 
 
-def gusts(seed=1.0, stop=500.0):
-    density = [7e-4, 1.4e-4, 0.0]
+def gusts(seed=1.0, stop=500.0, density=(7e-4, 1.4e-4, 0.0), **values):
+    """Gusts at every second, in B; the attitude is that of the orbit frame if it is not given."""
     part = LowOrbit(rho_0=0.0, solar_force=0.0, gust_density=density, seed=seed)
     f = part.functions.outputs
-    point = Point(part, **LEVEL)
+    point = Point(part, **({"q_BN": Point(OrbitFrameFromState(), **around(0)).outputs()["q_RN"]} | values))
     t = np.arange(0, stop, 1.0)
     none = np.zeros((0, len(t)))
     y = f.map(len(t))(t[None], none, *(np.tile(v[:, None], len(t)) for v in (point.u, point.p, point.c)), none)
     return y.full()[3:6].T
+
+
+TUMBLED = Rotation.from_euler("xyz", [2.0, -0.9, 0.7])
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_gusts_blow_along_and_across_the_track_whatever_the_attitude(axis):
+    """Along the velocity, along the orbit normal, and at right angles to both, on an ellipse too."""
+    climbing = dict(r_N=START_R_N, v_N=START_V_N + 900.0 * START_R_N / np.linalg.norm(START_R_N))
+    density = 1e-4 * np.eye(3)[axis]
+    rows = TUMBLED.apply(gusts(stop=50.0, density=density, q_BN=TUMBLED.as_quat(scalar_first=True), **climbing))
+    normal = np.cross(climbing["r_N"], climbing["v_N"])
+    line = (climbing["v_N"], normal, np.cross(normal, climbing["v_N"]))[axis]
+    size = np.abs(rows @ line).max() / np.linalg.norm(line)
+    assert size > 1e-5 and np.abs(np.cross(rows, line)).max() < 1e-12 * size * np.linalg.norm(line)
+
+
+def test_gusts_of_a_satellite_that_points_to_the_earth_are_those_of_its_axes():
+    """Each axis of the body has the lines of its own density, phases and sign included."""
+    part = LowOrbit(gust_density=[7e-4, 1.4e-4, 2e-4])
+    c = split(part.calculated_parameters, Point(part).c)
+    turns = np.arange(0, 50.0)[:, None, None] * c["gust_frequency"] + c["gust_phase"]
+    expected = (c["gust_amplitude"] * np.cos(2 * np.pi * turns)).sum(axis=2)
+    assert_allclose(gusts(stop=50.0, density=[7e-4, 1.4e-4, 2e-4]), expected, atol=1e-12 * np.abs(expected).max())
 
 
 def test_power_of_the_gusts_is_that_of_their_density():
@@ -87,7 +135,7 @@ def test_power_of_the_gusts_is_that_of_their_density():
     power = trapezoid(1 / (1 + (f / 0.01) ** 2), f)
     assert_allclose(rows[:, 0].std(), 7e-4 * np.sqrt(power), rtol=0.03)
     assert_allclose(rows[:, 1].std(), 1.4e-4 * np.sqrt(power), rtol=0.03)
-    assert np.abs(rows[:, 2]).max() == 0
+    assert np.abs(rows[:, 2]).max() < 1e-12 * np.abs(rows[:, 1]).max()
 
 
 def test_gusts_are_repeatable_and_differ_by_seed_and_axis():
@@ -118,7 +166,17 @@ def test_rate_of_the_orbit_frame_where_the_earth_is_oblate():
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        (dict(r_N=[0, 6e6, 0]), "r_N is 6000 km from the Earth's centre, its radius is 6378.14 km: the orbit is below"),
+        (dict(r_N=[0, 6e6, 0]), "r_N is 6000 km from the Earth's centre at the start, earth_radius is 6378.14 km"),
+        (dict(v_N=[0, 0, 0]), "r_N and v_N are parallel or zero at the start (|r_N| = 6.63814e+06 m, |v_N| = 0 m/s)"),
+        (dict(rho_0=-1e-12), "rho_0 = -1e-12 kg/m3: it must not be negative."),
+        (dict(CdA=-1.0), "CdA = -1 m2: it must not be negative."),
+        (dict(solar_force=-1.0), "solar_force = -1 N: it must not be negative."),
+        (dict(gust_density=[0, 0, -1]), "gust_density[3] = -1 N/Hz(1/2): it must not be negative."),
+        (dict(bulge=1.1), "bulge = 1.1: the night's density 1 - b is that of a gas for 0 <= b <= 1 only."),
+        (dict(bulge=-0.3), "bulge = -0.3: the night's density"),
+        (dict(earth_radius=0.0), "earth_radius = 0 m: it must be positive."),
+        (dict(terminator_width=0.0), "terminator_width = 0 m: it must be positive."),
+        (dict(penumbra_width=0.0), "penumbra_width = 0 m: it must be positive."),
         (dict(sun_N=[1, 1, 0]), "sun_N has length 1.41421: a unit vector"),
         (dict(scale_height=0.0), "scale_height = 0 m: it must be positive."),
         (dict(gust_corner=-1.0), "gust_corner = -1 1/s: it must be positive."),

@@ -119,11 +119,24 @@ def test_no_plane_is_refused():
 
 def test_an_orbit_below_the_surface_is_refused():
     (message,) = Point(OrbitFrameFromState(), r_N=[6.3e6, 0, 0]).violated()
-    assert message.startswith("r_N is 6300 km from the Earth's centre, earth_radius is 6378.14 km: the orbit is below")
+    assert message.startswith(
+        "r_N is 6300 km from the Earth's centre at the start, earth_radius is 6378.14 km: the orbit"
+    )
     for part in (OrbitFrame, GravityGradient):
         (message,) = Point(part(orbit_rate=1.3e-3)).violated()
         assert message.startswith("orbit_rate = 0.0013 rad/s: the orbit is below the surface of the Earth")
-        assert Point(part(orbit_rate=-1.23e-3)).violated() == []
+
+
+@pytest.mark.parametrize("part", [OrbitFrame, GravityGradient])
+@pytest.mark.parametrize("rate", [0.0, -1.078e-3])
+def test_an_orbit_that_stands_or_runs_backwards_is_refused(part, rate):
+    """The orbit normal is -y_N: a rate below zero would contradict the frame."""
+    assert Point(part(orbit_rate=rate)).violated() == [f"orbit_rate = {rate:.6g} rad/s: it must be positive."]
+
+
+def test_an_earth_without_size_or_that_repels_is_refused():
+    found = Point(OrbitFrameFromState(), mu=-1.0, earth_radius=0.0).violated()
+    assert found == ["earth_radius = 0 m: it must be positive.", "mu = -1 m3/s2: it must not be negative."]
 
 
 def test_gravity_gradient_is_the_difference_of_weights():

@@ -88,7 +88,7 @@ def test_step():
 
 REFUSALS = {
     "axis": ({"axis": [0, 2, 0]}, ["axis has length 2", "unit vector"]),
-    "no quaternion": ({"q_start": [0, 0, 0, 0]}, ["q_start has length 0", "unit quaternion"]),
+    "no quaternion": ({"q_start": [0, 0, 0, 0]}, ["q_start has norm 0", "unit quaternion"]),
     "angle": ({"angle": -0.1}, ["angle = -5.72958 deg", "must be positive"]),
     "rate": ({"max_rate": 0.0}, ["max_rate = 0 deg/s", "must be positive"]),
     "acceleration": ({"max_acceleration": -1.0}, ["max_acceleration = -57.2958 deg/s2"]),

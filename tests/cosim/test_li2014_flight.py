@@ -130,9 +130,10 @@ class TestWhatHolds:
                 assert_allclose(spectrum.tail(runs[name], angles(runs[name])), expected, rtol=0.03)
 
     def test_the_test_mass_reaches_its_cage(self, runs):
+        """At 41.1 s with an ion thruster that starts from nothing; here it starts from its least force, 1 mN."""
         run = runs[system.PRINTED_START]
         assert run.info["status"] == "finished"
-        assert spectrum.contact(run) == pytest.approx(41.1, abs=0.5)
+        assert spectrum.contact(run) == pytest.approx(41.0, abs=0.6)
         assert run.info["event"]["time"] == run.time[-1] == pytest.approx(spectrum.contact(run), abs=0.1)
         assert_allclose(np.abs(run["plant.r_rel"][-1]).max(), 4e-3, rtol=1e-3)
         for name in set(runs) - {system.PRINTED_START}:
