@@ -192,7 +192,8 @@ def run(
                 if error.result is None:
                     raise
                 failure, result = error, error.result
-        _tell(name, result, plot, as_published=not (set_ or params))
+        changed = (set_, params, step, every, master, extrapolation)
+        _tell(name, result, plot, as_published=not any(option not in (None, []) for option in changed))
         if failure is not None:
             raise failure
         if result.info["status"] != "finished":
@@ -248,6 +249,7 @@ def reproduce_(
         if report.failure is not None:
             raise report.failure
         if not report.complete:
+            console.note(f"interrupted: {report.flown} of {report.planned} experiments flown")
             raise typer.Exit(1)
 
 
@@ -261,6 +263,7 @@ def compare_(
     ] = "",
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the table.")] = Path("results/compare"),
     backend: Backend = "native",
+    force: Force = False,
 ) -> None:
     """Fly every attitude controller on every attitude plant: the same slew, the same disturbance, one table.
 
@@ -270,13 +273,17 @@ def compare_(
     from cosim import compare
 
     with _reported(), console.progress("compare") as progress:
-        rows, columns = ([name.strip() for name in text.split(",") if name.strip()] for text in (plants, controllers))
-        table = compare.compare(rows, columns, out, Library(backend, console.note), progress, console.note)
-    console.parameters(table.parameters)
+        rows, columns = ([name.strip() for name in text.split(",")] if text else [] for text in (plants, controllers))
+        locate = Library(backend, console.note)
+        table = compare.compare(rows, columns, out, locate, progress, console.note, overwrite=force)
+    # what a controller is told of a vehicle is the vehicle's own; compare.json has the sets pair by pair
+    console.parameters({name: values for name, values in table.parameters.items() if " on " not in name})
     for line in compare.mission.WORDS:
         console.write(line)
     for plant, cluster in table.clusters.items():
         cells = [cell for cell in table.cells if cell.plant == plant]
+        if not cells:
+            continue
         console.write(f"\n{plant} with {cluster}")
         console.table(("controller", *compare.COLUMNS), [compare.row(cell)[1:-1] for cell in cells if cell.figures])
         for cell in cells:
@@ -284,6 +291,7 @@ def compare_(
                 console.write(f"{cell.controller} on {plant} {cell.remark}")
     console.files(table.files)
     if not table.complete:
+        console.note(f"interrupted: {len(table.cells)} of {table.planned} flights flown")
         raise typer.Exit(1)
 
 

@@ -70,7 +70,9 @@ def swap(report: "SwapReport") -> None:
 
 
 def summary(result: "Result") -> None:
-    """How a run ended, how long it took, and its metrics."""
+    """How a run ended, how long it took, whether its controller left its domain, and its metrics."""
+    from cosim.metrics import out_of_domain  # here, for a message must not wait for what it imports
+
     info = result.info
     wall = info["wall_time"]
     end = f"{result.time[-1]:g} s simulated" if len(result) else "nothing simulated"
@@ -81,6 +83,8 @@ def summary(result: "Result") -> None:
     if info["last_step"] < info["communication_step_size"]:
         span = info["stop_time"] - info["start_time"]
         write(f"the last step is {info['last_step']:g} s: {span:g} s are no multiple of the step")
+    if outside := out_of_domain(result):
+        write(f"the controller was {outside}")
     metrics: Mapping[str, object] = info.get("metrics") or {}
     if metrics:
         table = Table(show_header=False, box=None, pad_edge=False)

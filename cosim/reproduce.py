@@ -14,7 +14,7 @@ from cosim import metrics, papers, plots
 from cosim.errors import SimulationError
 from cosim.papers.claims import Verdict, judge
 from cosim.result import Result
-from cosim.simulate import Locate, Progress, refuse_existing, simulate
+from cosim.simulate import Locate, Progress, make_folder, refuse_existing, simulate
 
 PREFACE = (
     "Of the attitude error, from `plant.q_BN` and `guidance.q_RN`: the settling time is the last time above the "
@@ -44,18 +44,24 @@ BRIEF = ("settled below (deg)", "settling time (s)", "APE max (deg)", "peak torq
 class Report:
     """What reproducing papers gave: verdicts in the papers' order, results by experiment, files written.
 
-    `failure` is what ended the flights, if something did.
+    `planned` is how many experiments there were to fly, `failure` is what ended the flights, if something did.
     """
 
     verdicts: tuple[Verdict, ...]
     results: dict[str, Result]
     files: tuple[Path, ...]
+    planned: int
     failure: SimulationError | None = None
+
+    @property
+    def flown(self) -> int:
+        """How many experiments flew to their end."""
+        return sum(run.info["status"] == "finished" for run in self.results.values())
 
     @property
     def complete(self) -> bool:
         """Whether every experiment flew to its end; Ctrl-C or a failure ends the last one, and with it the flights."""
-        return self.failure is None and all(run.info["status"] == "finished" for run in self.results.values())
+        return self.failure is None and self.flown == self.planned
 
 
 def reproduce(
@@ -77,11 +83,13 @@ def reproduce(
         for name, paper in chosen.items():
             for experiment in paper.systems():
                 refuse_existing(folder / name / experiment)
+    make_folder(folder)
     results: dict[str, Result] = {}
     failure: SimulationError | None = None
+    interrupted = False
     for name, paper in chosen.items():
         for experiment, make in paper.systems().items():
-            if failure is None and all(run.info["status"] == "finished" for run in results.values()):
+            if failure is None and not interrupted:
                 announce(experiment)
                 try:
                     results[experiment] = simulate(
@@ -92,6 +100,9 @@ def reproduce(
                         overwrite=overwrite,
                         metrics=partial(metrics.attitude, threshold_deg=paper.SETTLED),
                     )
+                    interrupted = results[experiment].info["status"] != "finished"
+                except KeyboardInterrupt:  # between two runs, or while one is set up
+                    interrupted = True
                 except SimulationError as error:
                     failure = error
                     if error.result is not None:
@@ -100,7 +111,9 @@ def reproduce(
     verdicts = tuple(v for paper in chosen.values() for v in judge(paper.CLAIMS, finished))
     drawn = {name: plots.save(paper.figures(finished), folder / name) for name, paper in chosen.items()}
     files = _written(folder, verdicts, results, drawn)
-    return Report(verdicts, results, (*files, *(path for paths in drawn.values() for path in paths)), failure)
+    drawings = [path for paths in drawn.values() for path in paths]
+    planned = sum(len(paper.systems()) for paper in chosen.values())
+    return Report(verdicts, results, (*files, *drawings), planned, failure)
 
 
 def _written(

@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import math
 import tempfile
 import time
 from collections.abc import Callable, Generator, Mapping, Sequence
@@ -95,7 +96,7 @@ def simulate(
             if metrics is not None:
                 # of a run that failed too; what ended it must not be hidden by what is made of its rows
                 with suppress(Exception) if failure is not None else nullcontext():
-                    result.info["metrics"] = dict(metrics(result))
+                    result.info["metrics"] = {key: _finite(value) for key, value in metrics(result).items()}
             result.info["wall_time"] = {"total": time.perf_counter() - began, "loop": flight.wall_time}
             _write_info(folder, result.info)
     if failure is not None:
@@ -170,14 +171,30 @@ def refuse_existing(folder: Path) -> None:
         raise ResultExists(folder)
 
 
-def clear(folder: Path) -> None:
-    """Make the folder; remove an older result in it, and nothing else. Raises `ResultUnwritable`."""
+def make_folder(folder: Path) -> None:
+    """Make a folder for results; raises `ResultUnwritable`."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        problem = "it is a file" if folder.is_file() else error.strerror or str(error)
+        raise ResultUnwritable(folder, problem) from error
+
+
+def clear(folder: Path) -> None:
+    """Make the folder; remove an older result in it, and nothing else. Raises `ResultUnwritable`."""
+    make_folder(folder)
+    try:
         for name in FILES:
             (folder / name).unlink(missing_ok=True)
     except OSError as error:
         raise ResultUnwritable(folder, error.strerror or str(error)) from error
+
+
+def _finite(value: Any) -> Any:
+    """Return a metric with None for what is no finite number, which JSON has none for: a run may end far out."""
+    if isinstance(value, list):
+        return [_finite(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _write_info(folder: Path, info: Mapping[str, Any]) -> None:

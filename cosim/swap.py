@@ -44,6 +44,10 @@ def replace(
         *(f"held {name}" for name in system.held if name not in held),
         *(f"parameter {name}" for name in system.parameters if name not in parameters),
     ]
+    known = {name for fmu in interfaces.values() for name in fmu.groups}
+    vehicle = {name: value for name, value in system.vehicle.items() if name in known}
+    dropped += [f"vehicle {name}, which no component has any more" for name in system.vehicle if name not in known]
+    carried = [f"vehicle {name}" for name in vehicle if name in interfaces[instance].groups]
     mine = [c for c in kept if instance in (split_port(c.source)[0], split_port(c.target)[0])]
     changed = dataclasses.replace(
         system,
@@ -51,9 +55,12 @@ def replace(
         connections=(*kept, *added),
         held=held,
         parameters=parameters,
+        vehicle=vehicle,
     )
     values = [f"parameter {name}" for name in parameters if split_port(name)[0] == instance]
-    report = SwapReport(instance, reference, (*map(_text, mine), *values), tuple(dropped), tuple(map(_text, added)))
+    report = SwapReport(
+        instance, reference, (*map(_text, mine), *values, *carried), tuple(dropped), tuple(map(_text, added))
+    )
     return changed, report
 
 
@@ -101,7 +108,7 @@ class _Swap:
                 source, target = f"{offers[0]}.{name}", f"{self.instance}.{name}"
                 added.append(Connection(source, target, self._timing(offers[0], name)))
             else:
-                many = f"{', '.join(offers)} offer it" if offers else "no instance has an output of that name and size"
+                many = f"{', '.join(offers)} offer it" if offers else self._lacking(name)
                 advice = f'Connect it, or hold it: held={{"{self.instance}.{name}": ...}}.'
                 problem = f"{self.instance} needs the input {name} in its new FMU {self.new.model_name}, but {many}"
                 mistakes.append(WiringError(problem, advice, (f"{self.instance}.{name}",)))
@@ -118,6 +125,16 @@ class _Swap:
             and name in interface.base_names("output")
             and interface.groups[name].shape == shape
         ]
+
+    def _lacking(self, name: str) -> str:
+        """Return why no instance offers an input: none has its name, or it is of another size there."""
+        wanted = len(self.new.groups[name].elements)
+        for other, interface in self.interfaces.items():
+            if other != self.instance and name in interface.base_names("output"):
+                size = len(interface.groups[name].elements)
+                both = f"{other}.{name} has {size} elements, {self.instance}.{name} has {wanted}"
+                return f"{both}: name a component with that structure, as in NAME:modes={size}"
+        return "no instance has an output of that name"
 
     def _timing(self, source: str, name: str) -> Timing | None:
         """Take the timing of the other connections between the two, else what is usual for the instance."""

@@ -8,6 +8,7 @@ from decimal import Decimal
 from cosim.errors import TimeError
 
 NANOSECONDS = 1_000_000_000
+LARGEST = 2**62  # ns: the kernel counts in 64 bits, and a sum of two still fits
 _UNITS = {"": "1", "s": "1", "ms": "1e-3", "us": "1e-6", "ns": "1e-9", "min": "60", "h": "3600"}
 _DURATION = re.compile(r"^\s*([-+]?[0-9.]+(?:[eE][-+]?\d+)?)\s*([a-z]*)\s*$")
 
@@ -22,6 +23,8 @@ def instant_ns(seconds: float, name: str) -> int:
     ns = Decimal(repr(float(seconds))) * NANOSECONDS
     if ns != ns.to_integral_value():
         raise TimeError(name, f"{seconds!r} s", "it is no whole number of nanoseconds")
+    if abs(ns) > LARGEST:
+        raise TimeError(name, f"{seconds!r} s", f"it is beyond {LARGEST / NANOSECONDS:.3g} s")
     return int(ns)
 
 

@@ -197,13 +197,21 @@ class Runtime:
             spaces.append(SimpleNamespace(**values))
         return spaces
 
-    def _store(self, where: str, group: Any, vector: np.ndarray, values: dict[str, Any]) -> None:
+    def _store(self, where: str, group: Any, vector: np.ndarray, values: Any) -> None:
         names = [v.name for v in group]
+        if not isinstance(values, dict):
+            raise RuntimeFailure(
+                f"{where} returns {type(values).__name__}, a dictionary with {sorted(names)} is needed."
+            )
         if sorted(values) != sorted(names):
             raise RuntimeFailure(f"{where} returns {sorted(values)}, declared are {sorted(names)}.")
         at = 0
         for v in group:
-            array = np.asarray(values[v.name], dtype=float)
+            given = np.asarray(values[v.name])
+            if given.dtype.kind not in "fiub":
+                kind = "complex" if given.dtype.kind == "c" else type(values[v.name]).__name__
+                raise RuntimeFailure(f"{where}: {v.name} is {kind}, declared as real numbers of shape {v.shape}.")
+            array = given.astype(float)
             if array.shape != v.shape:
                 raise RuntimeFailure(f"{where}: {v.name} has shape {array.shape}, declared with {v.shape}.")
             vector[at : at + v.size] = array.ravel()

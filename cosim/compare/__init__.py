@@ -18,8 +18,8 @@ from cosim.compare import mission
 from cosim.compare.flight import COLUMNS, INTERRUPTED, Cell, fly
 from cosim.compare.laws import controllers, fitted
 from cosim.compare.vehicles import plants
-from cosim.errors import UnknownName
-from cosim.simulate import Locate, Progress
+from cosim.errors import ResultExists, UnknownName
+from cosim.simulate import Locate, Progress, make_folder
 from cosim.system import Value
 
 HEAD = ("plant", "controller", *COLUMNS, "remark")
@@ -28,12 +28,13 @@ Sets = Mapping[str, Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class Table:
-    """All flights, what was flown, the parameter sets used, and the files written. `complete`: not interrupted."""
+    """All flights, what was flown, the parameter sets used, and the files written; `planned`: how many were to fly."""
 
     cells: tuple[Cell, ...]
     clusters: Mapping[str, str]
     parameters: Sets
     files: tuple[Path, ...]
+    planned: int
     complete: bool
 
 
@@ -44,12 +45,18 @@ def compare(
     locate: Locate,
     progress: Progress | None = None,
     announce: Callable[[str], None] = lambda _line: None,
+    *,
+    overwrite: bool = False,
 ) -> Table:
     """Fly every chosen controller on every chosen plant (none named: all); write `compare.md` and `compare.json`.
 
     Ctrl-C ends it: the table then has the flights that were finished. Raises `UnknownName` for a plant or a controller
-    that there is not.
+    that there is not, `ResultExists` or `ResultUnwritable` for the folder, before anything is flown.
     """
+    files = table, data = folder / "compare.md", folder / "compare.json"
+    if not overwrite and any(file.exists() for file in files):
+        raise ResultExists(folder)
+    make_folder(folder)
     rows = _chosen("plant", plants(locate), chosen_plants)
     columns = _chosen("controller", controllers(locate), chosen_controllers)
     used: dict[str, Mapping[str, Any]] = {p.name: _texts(p.vehicle | p.parameters) for p in rows}
@@ -58,8 +65,12 @@ def compare(
     complete = True
     for plant, controller in pairs:
         announce(f"{controller.name} on {plant.name}")
-        law = fitted(controller, plant, locate)
-        done = fly(plant, law, locate, progress)
+        try:
+            law = fitted(controller, plant, locate)
+            done = fly(plant, law, locate, progress)
+        except KeyboardInterrupt:  # while a flight is set up or measured
+            complete = False
+            break
         if done.remark == INTERRUPTED:
             complete = False
             break
@@ -69,8 +80,6 @@ def compare(
         )
         cells.append(done)
     clusters = {plant.name: plant.cluster for plant in rows}
-    folder.mkdir(parents=True, exist_ok=True)
-    table, data = folder / "compare.md", folder / "compare.json"
     table.write_text(markdown(cells, clusters), encoding="utf-8")
     content = {
         "mission": list(mission.WORDS),
@@ -81,7 +90,7 @@ def compare(
         "disturbance": _texts(mission.DISTURBANCE),
     }
     data.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
-    return Table(tuple(cells), clusters, used, (table, data), complete)
+    return Table(tuple(cells), clusters, used, files, len(pairs), complete)
 
 
 def markdown(cells: Iterable[Cell], clusters: Mapping[str, str]) -> str:

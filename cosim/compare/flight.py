@@ -16,7 +16,6 @@ from cosim.compare.vehicles import Plant
 from cosim.errors import InitializationFailed, SimulationError, WiringErrors
 from cosim.interface import Interface
 from cosim.masters.explicit import Explicit
-from cosim.names import split_port
 from cosim.result import Result
 from cosim.simulate import Locate, Progress, simulate
 from cosim.slave import read_interface
@@ -29,10 +28,6 @@ COLUMNS = (
     "peak eta (kg(1/2).m)",
     "torque impulse (N.m.s)",
 )
-DOMAIN = {  # output of a controller that is not zero where its law does not hold -> what that means
-    "gimbal_lock": "at a pitch of 90 deg its Euler angles are singular",
-    "barrier_time": "the error left its prescribed bounds",
-}
 INTERRUPTED = "interrupted"
 
 
@@ -132,20 +127,10 @@ def measured(plant: str, controller: str, run: Result) -> Cell:
     if settled is None:
         remark = f"does not settle: {steady:.3g} deg in the last {mission.STEADY:g} s"
         return Cell(plant, controller, {}, remark)
-    outside = out_of_domain(run)
+    outside = metrics.out_of_domain(run)
     if outside:
         return Cell(plant, controller, {}, outside)
     eta = run["plant.eta"] if "plant.eta" in run else np.zeros((len(run), 1))
     torque = np.abs(run["actuators.tau_B"])
     values = (settled, steady, torque.max(), np.abs(eta).max(), np.trapezoid(torque, run.time, axis=0).sum())
     return Cell(plant, controller, dict(zip(COLUMNS, map(float, values), strict=True)))
-
-
-def out_of_domain(run: Result) -> str:
-    """Return where a controller reports that its law did not hold, "" if nowhere."""
-    for name, meaning in DOMAIN.items():
-        port = f"controller.{name}"
-        rows = np.flatnonzero(run[port] > 0) if port in run else []
-        if len(rows):
-            return f"out of its domain from {run.time[rows[0]]:.4g} s: {meaning} ({split_port(port)[1]})"
-    return ""

@@ -2,6 +2,7 @@
 
     pointing.py   settling time, APE and RPE
     momentum.py   whether the total angular momentum was kept
+    domain.py     whether the controller reports that its law did not hold
     rows.py       rows of a result as arrays
 
 Numbers are what the recorded rows show: a peak between two rows is not seen. A metric whose variables are not recorded
@@ -13,12 +14,24 @@ from typing import Any
 
 import numpy as np
 
+from cosim.metrics.domain import out_of_domain
 from cosim.metrics.momentum import momentum
 from cosim.metrics.pointing import INTERVAL, THRESHOLD, attitude_error, pointing, settling_time
 from cosim.metrics.rows import Array, first, rotations, series, spans
 from cosim.result import Result
 
-__all__ = ["THRESHOLD", "Array", "attitude", "attitude_error", "first", "rotations", "series", "settling_time", "units"]
+__all__ = [
+    "THRESHOLD",
+    "Array",
+    "attitude",
+    "attitude_error",
+    "first",
+    "out_of_domain",
+    "rotations",
+    "series",
+    "settling_time",
+    "units",
+]
 
 PEAKS = {
     "peak modal coordinate (kg(1/2).m)": "plant.eta",

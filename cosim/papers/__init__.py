@@ -106,7 +106,7 @@ def remark(name: str, result: Result, as_published: bool = True) -> str:
         return ""
     key = next(key for key, module in PAPERS.items() if module is owner)
     changed = [f"another FMU for {swap['instance']}" for swap in result.info.get("swaps") or []]
-    changed += [] if as_published else ["other parameters"]
+    changed += [] if as_published else ["other parameters, steps or master"]
     if result.info["status"] != "finished":
         return f"claims of {key}: not judged, the run ended early"
     if changed:

@@ -15,6 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from cosim.errors import ResultUnwritable
 from cosim.result import Result
 
 Array = NDArray[np.float64]
@@ -50,13 +51,16 @@ UNITS = {
 
 
 def save(figures: Mapping[str, Figure], folder: Path | str) -> list[Path]:
-    """Write the figures to folder/<name>.png and return the files."""
+    """Write the figures to folder/<name>.png and return the files; raises `ResultUnwritable`."""
     folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
     files = [folder / f"{name}.png" for name in figures]
-    with mpl.rc_context(STYLE):
-        for figure, file in zip(figures.values(), files, strict=True):
-            figure.savefig(file, dpi=DPI)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with mpl.rc_context(STYLE):
+            for figure, file in zip(figures.values(), files, strict=True):
+                figure.savefig(file, dpi=DPI)
+    except OSError as error:
+        raise ResultUnwritable(folder, error.strerror or str(error)) from error
     return files
 
 

@@ -101,7 +101,7 @@ class TestOptions:
 
     def test_a_folder_that_cannot_be(self, run, folder):
         (folder / "file").write_text("mine")
-        assert "ResultUnwritable: file cannot be written: File exists. Choose another folder" in run("--out", "file")
+        assert "ResultUnwritable: file cannot be written: it is a file. Choose another folder" in run("--out", "file")
         assert (folder / "file").read_text() == "mine"
 
     def test_a_result_that_is_none(self, refused, folder):

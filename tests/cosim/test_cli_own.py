@@ -33,7 +33,9 @@ class TestUse:
         assert (swap["instance"], swap["reference"], swap["added"]) == ("controller", "AdaptiveTracking", [])
         assert swap["dropped"] == [f"parameter controller.{n}" for n in ("rho_0", "rho_inf", "k", "overshoot")]
         kept_parameters = [name for name in swap["kept"] if name.startswith("parameter controller.")]
-        assert len(swap["kept"]) - len(kept_parameters) == 6
+        carried = [name for name in swap["kept"] if name.startswith("vehicle ")]
+        assert carried == ["vehicle J"]
+        assert len(swap["kept"]) - len(kept_parameters) - len(carried) == 6
         assert "parameter controller.K" in kept_parameters
         assert "controller = AdaptiveTracking\n  kept    plant.q_BN -> controller.q_BN (after_step)" in done.out
         for line in swap["dropped"]:
@@ -185,3 +187,36 @@ def test_a_mistake_in_a_controllers_file_is_told_with_its_line(adcs, folder, tex
     done = adcs("run", "zhang2018-ppatc", "--use", "controller=law.py:Law")
     assert done.status == 2
     assert words in done.err
+
+
+RETURNS = """
+from components.framework import AttitudeController, PythonComponent
+
+
+class Wrong(PythonComponent):
+    ports = AttitudeController
+
+    def outputs(self, t, x, u, p):
+        tau, error = u.omega_BN_B * 0, u.omega_BN_B * 0
+        return {value}
+"""
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        ('{"tau_command_B": tau * 1j, "attitude_error": error}', "outputs: tau_command_B is complex, declared as real"),
+        ('{"tau_command_B": "none", "attitude_error": error}', "outputs: tau_command_B is str, declared as real"),
+        (
+            '{"tau_command_B": tau[:2], "attitude_error": error}',
+            "outputs: tau_command_B has shape (2,), declared with (3,)",
+        ),
+        ("None", "outputs returns NoneType, a dictionary with ['attitude_error', 'tau_command_B'] is needed"),
+        ('{"tau": tau, "attitude_error": error}', "outputs returns ['attitude_error', 'tau'], declared are"),
+    ],
+)
+def test_what_a_python_controller_returns_is_checked(adcs, folder, value, words):
+    (folder / "wrong.py").write_text(RETURNS.replace("{value}", value))
+    done = adcs("run", "zhang2018-ppatc", "--stop", "0.01", "--use", "controller=wrong.py:Wrong", "--out", "out")
+    assert done.status in (1, 2)
+    assert words in done.err.replace("\n", " ")

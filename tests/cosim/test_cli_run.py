@@ -183,7 +183,7 @@ class TestClaims:
     @pytest.mark.parametrize(
         ("arguments", "why"),
         [
-            (["--set", "plant.zeta=0.01"], "other parameters"),
+            (["--set", "plant.zeta=0.01"], "other parameters, steps or master"),
             (["--use", "controller=AdaptiveTracking"], "another FMU for controller"),
         ],
     )
@@ -222,6 +222,60 @@ def test_reproduce_ends_at_ctrl_c_with_what_there_is(adcs, folder, monkeypatch):
     assert Result.read("all/zhang2018/zhang2018-ppatc").info["status"] == "interrupted"
     assert "| zhang2018-ppatc | 0.005 |" in (folder / "all" / "report.md").read_text()
     assert not (folder / "all" / "zhang2018" / "zhang2018-atc").exists()
+
+
+def test_ctrl_c_between_two_experiments_keeps_the_report(adcs, folder, monkeypatch):
+    from cosim.papers.zhang2018 import system
+
+    def short():
+        flown, experiment = system.ppatc()
+        return flown, dataclasses.replace(experiment, stop_time=0.1)
+
+    def pressed():
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("cosim.papers.zhang2018.systems", lambda: {"zhang2018-ppatc": short, "zhang2018-atc": pressed})
+    done = adcs("reproduce", "zhang2018", "--out", "all")
+    assert (done.status, "interrupted: 1 of 2 experiments flown" in done.err) == (1, True)
+    assert "| zhang2018-ppatc | 0.005 |" in (folder / "all" / "report.md").read_text()
+
+
+@pytest.mark.parametrize("command", [["reproduce", "zhang2018"], ["compare", "--plants", "zhang2018"]])
+def test_a_file_in_place_of_the_folder_is_refused_before_anything_flies(adcs, folder, command):
+    (folder / "afile").write_text("mine")
+    done = adcs(*command, "--out", "afile")
+    assert done.status == 2
+    assert "afile" in done.err and "cannot be written: " in done.err and "--out DIR" in done.err
+    assert (folder / "afile").read_text() == "mine"
+
+
+def test_figures_that_cannot_be_written(run, adcs, folder):
+    run()
+    (folder / "afile").write_text("mine")
+    done = adcs("plot", "out", "--out", "afile")
+    assert (done.status, "ResultUnwritable: afile cannot be written" in done.err) == (2, True)
+
+
+def test_a_run_that_diverges_far_tells_why_and_keeps_its_rows(adcs, folder):
+    """Its numbers overflow in the metrics, which are then null; the failure is what is told."""
+    done = adcs("run", "zhang2018-ppatc", "--set", "controller.rho_0=5 deg", "--step", "20ms", "--out", "far")
+    assert done.status == 1
+    assert "StepFailed" in done.err and "Traceback" not in done.err
+    info = json.loads((folder / "far" / "run.json").read_text())
+    assert (info["status"], info["error"]) == ("failed", "StepFailed") and "metrics" in info
+
+
+@pytest.mark.parametrize("option", [["--step", "2ms"], ["--every", "50"], ["--master", "jacobi"]])
+def test_claims_are_of_the_experiment_as_it_is_published(adcs, option):
+    done = adcs("run", "zhang2018-ppatc", "--stop", "0.1", "--out", "other", *option)
+    assert "not the paper's experiment (other parameters, steps or master)" in done.out
+    assert "not judged: needs" not in done.out
+
+
+def test_a_controller_out_of_its_domain_is_told(adcs):
+    done = adcs("run", "zhang2018-ppatc", "--stop", "1", "--out", "out", "--set", "plant.omega_BN_B=[20,0,0] deg/s")
+    assert "the controller was out of its domain from" in done.out
+    assert "the error left its prescribed bounds (barrier_time)" in done.out
 
 
 def test_a_failure_ends_reproduce_and_the_report_has_what_was_flown(adcs, folder, monkeypatch):

@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from cosim import compare, papers
 from cosim.compare import flight as flights
 from cosim.compare import laws, mission, vehicles
-from cosim.errors import UnknownName
+from cosim.errors import ResultExists, ResultUnwritable, UnknownName
 from cosim.fmu_library import Library
 from cosim.graph import stepping_order
 from cosim.papers.geng2012 import gains
@@ -224,6 +224,30 @@ def test_table_and_parameter_sets_are_written(whole):
     assert len(data["cells"]) == len(table.cells)
 
 
+def test_ctrl_c_while_a_flight_is_set_up_keeps_the_others(tmp_path, monkeypatch):
+    monkeypatch.setattr(mission, "STOP", 2.0)
+
+    def announce(name):
+        if name.startswith("xiao2011"):
+            monkeypatch.setattr(compare, "fitted", press)
+
+    def press(*_arguments):
+        raise KeyboardInterrupt
+
+    table = compare.compare(["ye2016"], ["zhang2018-atc", "xiao2011-pid"], tmp_path, LOCATE, None, announce)
+    assert (table.complete, table.planned, len(table.cells)) == (False, 2, 1)
+    assert "zhang2018-atc" in (tmp_path / "compare.md").read_text()
+
+
+def test_a_table_is_not_overwritten_and_a_file_is_no_folder(tmp_path):
+    (tmp_path / "compare.md").write_text("older")
+    with pytest.raises(ResultExists):
+        compare.compare([], [], tmp_path, LOCATE)
+    assert (tmp_path / "compare.md").read_text() == "older"
+    with pytest.raises(ResultUnwritable, match=r"compare\.md cannot be written: it is a file"):
+        compare.compare([], [], tmp_path / "compare.md", LOCATE)
+
+
 def test_ctrl_c_ends_the_table_and_keeps_the_flights_that_were_finished(tmp_path, monkeypatch):
     monkeypatch.setattr(mission, "STOP", 2.0)
 
@@ -251,6 +275,11 @@ def test_the_command_prints_parameter_sets_and_table(adcs):
     assert "xiao2011-pid:\n" in done.out and "controller.K_p = " in done.out
     assert "slew: 10 deg about" in done.out and "zhang2018 with 3 reaction wheels of 1 N m" in done.out
     assert "settling" in done.out and "wrote table/compare.md" in done.out
+
+
+def test_an_empty_name_is_no_plant(adcs):
+    done = adcs("compare", "--plants", ",")
+    assert (done.status, 'unknown plant ""' in done.err) == (2, True)
 
 
 def test_a_mistyped_plant_is_answered_at_the_command_line(adcs):

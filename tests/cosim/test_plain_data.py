@@ -22,7 +22,7 @@ class TestTime:
     def test_whole_nanoseconds(self, seconds, ns):
         assert to_ns(seconds, "step") == ns
 
-    @pytest.mark.parametrize("seconds", [0.0, -1.0, 0.5e-9, 1 / 3, math.nan, math.inf, True])
+    @pytest.mark.parametrize("seconds", [0.0, -1.0, 0.5e-9, 1 / 3, math.nan, math.inf, True, 1e12, 1e300])
     def test_refused(self, seconds):
         with pytest.raises(TimeError, match=r"^step is .*Times are counted in whole nanoseconds"):
             to_ns(seconds, "step")
@@ -32,6 +32,8 @@ class TestTime:
             to_ns(0.0, "step")
         with pytest.raises(TimeError, match=r"step is 1.5e-09 s: it is no whole number of nanoseconds"):
             to_ns(1.5e-9, "step")
+        with pytest.raises(TimeError, match=r"step is 1e\+300 s: it is beyond 4.61e\+09 s"):
+            to_ns(1e300, "step")
         with pytest.raises(TimeError, match="start is inf: it must be a finite number"):
             instant_ns(math.inf, "start")
         with pytest.raises(TimeError, match=r"stop_time is 1.0 s: it must be later than start_time, 2.0 s"):

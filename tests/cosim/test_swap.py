@@ -8,7 +8,12 @@ from cosim.system import Connection, System
 
 from .fakes import interface
 
-PLANT = interface(inputs=["tau[1]", "tau[2]"], outputs=["q[1]", "q[2]", "w", "h"], step_means=frozenset({"h"}))
+PLANT = interface(
+    inputs=["tau[1]", "tau[2]"],
+    outputs=["q[1]", "q[2]", "w", "h"],
+    parameters={"J": 1.0},
+    step_means=frozenset({"h"}),
+)
 GUIDANCE = interface(outputs=["r", "rate"])
 OLD = interface(
     inputs=["q[1]", "q[2]", "r"], outputs=["tau[1]", "tau[2]"], parameters={"k": 1.0, "rho": 1.0, "g[1]": 1.0}
@@ -49,6 +54,26 @@ def test_parameters_that_it_lacks_are_dropped_and_listed():
     assert report.dropped == ("parameter controller.rho", "parameter controller.g[1]")
 
 
+def test_vehicle_parameters_that_carry_over_are_listed():
+    _, report = swapped(new(parameters={"k": 1.0, "J": 2.0}))
+    assert "vehicle J" in report.kept
+
+
+def test_vehicle_parameters_that_nothing_has_any_more_are_dropped_and_listed():
+    system, report = replace(
+        SYSTEM,
+        "plant",
+        "New",
+        {
+            "guidance": GUIDANCE,
+            "plant": interface(inputs=["tau[1]", "tau[2]"], outputs=["q[1]", "q[2]"]),
+            "controller": OLD,
+        },
+    )
+    assert system.vehicle == {}
+    assert "vehicle J, which no component has any more" in report.dropped
+
+
 def test_inputs_that_it_lacks_are_dropped():
     system, report = swapped(new(inputs=["q[1]", "q[2]"]))
     assert [c.source for c in system.connections] == ["plant.q", "controller.tau"]
@@ -57,7 +82,9 @@ def test_inputs_that_it_lacks_are_dropped():
 
 def test_another_size_is_not_the_same_port():
     with pytest.raises(
-        WiringErrors, match=r"controller needs the input q .*no instance has an output of that name and size"
+        WiringErrors,
+        match=r"controller needs the input q .*plant.q has 2 elements, controller.q has 3: name a component with that "
+        r"structure, as in NAME:modes=2",
     ):
         swapped(new(inputs=["q[1]", "q[2]", "q[3]", "r"]))
 
