@@ -166,16 +166,17 @@ def _from_rest(
 ) -> Flight:
     """A rigid body at rest in inertial axes under one torque, f and g known at the start: V(0) = 0 in the theorems."""
     system, experiment = _l2gain(name, limit=limit, stop=stop)
-    kept = {key: value for key, value in system.parameters.items() if key not in ("plant.eta", "plant.eta_dot")}
+    gone = ("plant.eta", "plant.eta_dot", "guidance.orbit_rate", "guidance.phase")
+    kept = {key: value for key, value in system.parameters.items() if key not in gone}
     system = replace(
         system,
-        components=system.components | {"plant": "FlexibleSpacecraft:modes=0"},
+        components=system.components | {"plant": "FlexibleSpacecraft:modes=0", "guidance": "AttitudeStep"},
         vehicle={key: value for key, value in system.vehicle.items() if key not in ("delta", "Omega", "zeta")},
         parameters=kept
         | {
             "plant.q_BN": [1.0, 0.0, 0.0, 0.0],
             "plant.omega_BN_B": Value([0.0] * 3, "rad/s"),
-            "guidance.orbit_rate": Value(0.0, "rad/s"),
+            "guidance.angle": Value(0.0, "deg"),  # at rest in inertial axes
             **{f"environment.{name}": Value([0.0] * 3, "N.m") for name in ("bias", "sine", "cosine")},
             f"environment.{part}": Value(torque, "N.m"),
             "environment.frequency": Value(frequency, "rad/s"),
