@@ -186,6 +186,14 @@ class TestRunJson:
             fly([Failing("w", 0.3, "fmi2Error")], held={"w.u": 1.0}, out=tmp_path, metrics=lambda r: {"rows": len(r)})
         assert json.loads((tmp_path / "run.json").read_text())["metrics"] == {"rows": 4}
 
+    def test_metrics_that_overflow_are_null_and_hide_no_failure(self, tmp_path):
+        far = {"peak": float("inf"), "each": [1.0, float("nan")], "settled": None}
+        with pytest.raises(StepFailed):
+            fly([Failing("w", 0.3, "fmi2Error")], held={"w.u": 1.0}, out=tmp_path, metrics=lambda r: far)
+        info = json.loads((tmp_path / "run.json").read_text())
+        assert info["error"] == "StepFailed"
+        assert info["metrics"] == {"peak": None, "each": [1.0, None], "settled": None}
+
 
 class TestInterrupts:
     def test_ctrl_c_ends_between_two_steps(self, tmp_path):
