@@ -10,9 +10,9 @@ deg, argument of latitude 20 deg; angles 3-2-1 of (0.5, -0.3, 0.4) deg and (1, -
 import casadi as ca
 import numpy as np
 
-from .attitude import euler
-from .attitude.gravity import EARTH_RADIUS, MU
 from .framework import Parameter
+from .mathematics import euler
+from .mathematics.gravity import EARTH_RADIUS, MU
 
 DEGREE = np.pi / 180
 

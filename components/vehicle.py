@@ -20,10 +20,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from .attitude import cmg, euler
-from .attitude.axes import axis_conditions, spanning_condition
-from .attitude.vectors import asymmetry, smallest_eigenvalue
 from .framework import Component, Condition, Parameter, not_negative, positive
+from .mathematics import cmg, euler
+from .mathematics.axes import axis_conditions, spanning_condition
+from .mathematics.vectors import asymmetry, smallest_eigenvalue
 
 DEGREE = np.pi / 180
 INERTIA = np.array([[420.8, 3.6, -4.2], [3.6, 410.6, 9.4], [-4.2, 9.4, 690.7]])

@@ -1,7 +1,7 @@
 """Co-simulation of attitude-control systems: FMI 2.0 FMUs wired by an explicit master, recorded, judged.
 
 What a script needs is here by its name, and loaded when it is first used:
-System, Connection, Experiment, Value, Explicit, Result. The function that flies them is cosim.simulate.simulate.
+System, Connection, Experiment, Value, Explicit, Result. The function that flies them is cosim.flights.simulate.
 """
 
 from importlib import import_module
@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from cosim.masters.explicit import Explicit
-    from cosim.result import Result
-    from cosim.system import Connection, Experiment, System, Value
+    from cosim.results.result import Result
+    from cosim.system.system import Connection, Experiment, System, Value
 
 __all__ = ["Connection", "Experiment", "Explicit", "Result", "System", "Value"]
 
 _HOMES = {
-    "Connection": "cosim.system",
-    "Experiment": "cosim.system",
+    "Connection": "cosim.system.system",
+    "Experiment": "cosim.system.system",
     "Explicit": "cosim.masters.explicit",
-    "Result": "cosim.result",
-    "System": "cosim.system",
-    "Value": "cosim.system",
+    "Result": "cosim.results.result",
+    "System": "cosim.system.system",
+    "Value": "cosim.system.system",
 }
 
 

@@ -1,5 +1,5 @@
 """`python -m cosim` is `adcs`."""
 
-from cosim.cli import app
+from cosim.cli.commands import app
 
 app()

@@ -3,33 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
-from cosim.names import nearest
+from fmus.description.errors import FmuError, SimulationError, UnknownName
 
-
-class SimulationError(Exception):
-    """Base of every error of `cosim` that a user can cause or must hear of."""
-
-    result: Any = None
-    """The partial `Result` of a run that ended early, set by `simulate`."""
-
-
-@dataclass(eq=False)
-class UnknownName(SimulationError):
-    """A name that nothing has: `kind` says what it should name, `where` where it was looked for."""
-
-    kind: str
-    name: str
-    where: str
-    available: Sequence[str]
-
-    def __str__(self) -> str:
-        """Name, place, the nearest names, what there is."""
-        close = nearest(self.name, self.available)
-        hint = f" Did you mean {' or '.join(repr_name(n) for n in close)}?" if close else ""
-        listed = ", ".join(self.available) if self.available else "nothing"
-        return f'unknown {self.kind} "{self.name}" in {self.where}.{hint} There: {listed}.'
+__all__ = [
+    "FmuError",
+    "SimulationError",
+    "UnknownName",
+]
 
 
 @dataclass(eq=False)
@@ -55,18 +36,6 @@ class ParameterError(SimulationError):
     def __str__(self) -> str:
         """Parameter and problem."""
         return f"parameter {self.name}: {self.problem}"
-
-
-@dataclass(eq=False)
-class FmuError(SimulationError):
-    """A file that cannot be used as an FMI 2.0 co-simulation FMU on this machine."""
-
-    path: Path
-    problem: str
-
-    def __str__(self) -> str:
-        """File and problem."""
-        return f"{self.path}: {self.problem}"
 
 
 @dataclass(eq=False)
@@ -228,11 +197,6 @@ class WiringErrors(SimulationError):
         count = len(self.mistakes)
         head = f'system "{self.system}" has {count} mistake{"s" if count > 1 else ""}:'
         return "\n".join([head, *(f"  {type(m).__name__}: {m}" for m in self.mistakes)])
-
-
-def repr_name(name: str) -> str:
-    """Return a name in the quotes that messages use."""
-    return f'"{name}"'
 
 
 def quoted(messages: Sequence[str]) -> str:

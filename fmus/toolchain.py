@@ -17,7 +17,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from .errors import BuildError, CompileFailed, NoCompiler
+from fmus.errors import BuildError, CompileFailed, NoCompiler
 
 HOST, ALL = "host", "all"
 SUFFIXES = {"linux64": ".so", "win64": ".dll", "darwin64": ".dylib"}

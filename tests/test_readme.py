@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from cosim.papers import PAPERS, systems
+from cosim.studies.papers import PAPERS, systems
 
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 BLOCK = re.compile(r"^```(\w+) ?(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)

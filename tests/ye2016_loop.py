@@ -8,7 +8,7 @@ from components.controllers.hybrid_adaptive import INERTIA, HybridAdaptive
 from components.framework import Component
 from components.guidance.body_rate_sinusoid import BodyRateSinusoid
 from components.plants.flexible_spacecraft import FlexibleSpacecraft
-from cosim.papers.ye2016 import system
+from cosim.studies.papers.ye2016 import system
 
 CONNECTIONS = [
     ("plant.q_BN", "controller.q_BN"),

@@ -25,9 +25,9 @@ from typing import Any
 import casadi as ca
 
 from .. import vehicle
-from ..attitude import allocation, axes, cmg
-from ..attitude.limits import saturated
 from ..framework import ActuatorCluster, Component, Condition, Input, Output, Parameter, State
+from ..mathematics import allocation, axes, cmg
+from ..mathematics.limits import saturated
 
 
 class CmgCluster(Component):

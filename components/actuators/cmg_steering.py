@@ -28,10 +28,10 @@ from typing import Any
 
 import casadi as ca
 
-from ..attitude import allocation, axes
-from ..attitude.limits import saturated
-from ..attitude.vectors import length
 from ..framework import Component, Condition, Input, Output, Parameter, flag_conditions, not_negative, positive
+from ..mathematics import allocation, axes
+from ..mathematics.limits import saturated
+from ..mathematics.vectors import length
 from ..vehicle import DEGREE, MomentumStorage, StorageLimits, limit_conditions
 
 

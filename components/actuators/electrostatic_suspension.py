@@ -14,9 +14,9 @@ from typing import Any
 
 import casadi as ca
 
-from ..attitude.noise import white
-from ..attitude.slewing import quantised, slewed, start_conditions
 from ..framework import Component, Condition, Input, Output, Parameter, State, not_negative
+from ..mathematics.noise import white
+from ..mathematics.slewing import quantised, slewed, start_conditions
 
 
 class ElectrostaticSuspension(Component):

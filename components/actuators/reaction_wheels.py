@@ -22,8 +22,6 @@ from typing import Any
 
 import numpy as np
 
-from ..attitude.axes import axis_conditions, pseudo_inverse
-from ..attitude.limits import saturated, stopped
 from ..framework import (
     ActuatorCluster,
     CalculatedParameter,
@@ -35,6 +33,8 @@ from ..framework import (
     not_negative,
     positive,
 )
+from ..mathematics.axes import axis_conditions, pseudo_inverse
+from ..mathematics.limits import saturated, stopped
 
 TORQUE_LIMIT = 0.2
 UNLIMITED = 1e9

@@ -26,9 +26,9 @@ from typing import Any
 import casadi as ca
 
 from .. import vehicle
-from ..attitude import allocation, axes, cmg
-from ..attitude.limits import saturated
 from ..framework import CalculatedParameter, Component, Condition, Input, Output, Parameter, positive
+from ..mathematics import allocation, axes, cmg
+from ..mathematics.limits import saturated
 
 
 class WeightedSteering(Component):

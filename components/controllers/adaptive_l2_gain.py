@@ -35,9 +35,6 @@ import casadi as ca
 import numpy as np
 
 from .. import vehicle
-from ..attitude import euler, quaternion
-from ..attitude.limits import floored, saturated
-from ..attitude.rbf import gaussian
 from ..framework import (
     AttitudeController,
     Component,
@@ -50,6 +47,9 @@ from ..framework import (
     not_negative,
     positive,
 )
+from ..mathematics import euler, quaternion
+from ..mathematics.limits import floored, saturated
+from ..mathematics.rbf import gaussian
 from ..vehicle import DEGREE
 
 INERTIA = [[1200.0, 0.0, 0.0], [0.0, 1000.0, 0.0], [0.0, 0.0, 1500.0]]

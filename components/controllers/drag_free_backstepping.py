@@ -27,8 +27,6 @@ import casadi as ca
 import numpy as np
 
 from .. import drag_free
-from ..attitude import euler, quaternion
-from ..attitude.rbf import gaussian
 from ..framework import (
     Component,
     Condition,
@@ -41,6 +39,8 @@ from ..framework import (
     positive,
 )
 from ..framework.ports import IDENTITY
+from ..mathematics import euler, quaternion
+from ..mathematics.rbf import gaussian
 from ..vehicle import inertia_conditions, quaternion_condition
 
 

@@ -28,9 +28,6 @@ import casadi as ca
 import numpy as np
 
 from .. import vehicle
-from ..attitude import euler, quaternion
-from ..attitude.rbf import gaussian
-from ..attitude.vectors import length
 from ..framework import (
     AttitudeController,
     Component,
@@ -42,6 +39,9 @@ from ..framework import (
     not_negative,
     positive,
 )
+from ..mathematics import euler, quaternion
+from ..mathematics.rbf import gaussian
+from ..mathematics.vectors import length
 from ..vehicle import DEGREE
 
 WIDE, MIDDLE = [-0.25, -0.17, -0.08, 0, 0.08, 0.17, 0.25], [-0.15, -0.1, -0.05, 0, 0.05, 0.1, 0.15]

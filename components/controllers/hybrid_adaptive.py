@@ -37,8 +37,6 @@ import casadi as ca
 import numpy as np
 
 from .. import vehicle
-from ..attitude import allocation, cmg, mrp, projection, quaternion
-from ..attitude.vectors import length
 from ..framework import (
     AttitudeController,
     CalculatedParameter,
@@ -52,6 +50,8 @@ from ..framework import (
     not_negative,
     positive,
 )
+from ..mathematics import allocation, cmg, mrp, projection, quaternion
+from ..mathematics.vectors import length
 
 INERTIA = np.array([[120.0, 2.0, -1.5], [2.0, 110.0, 1.0], [-1.5, 1.0, 90.0]])
 

@@ -32,9 +32,6 @@ import casadi as ca
 import numpy as np
 
 from .. import vehicle
-from ..attitude import euler, quaternion
-from ..attitude.rbf import gaussian
-from ..attitude.vectors import length, smallest_eigenvalue
 from ..framework import (
     AttitudeController,
     CalculatedParameter,
@@ -48,6 +45,9 @@ from ..framework import (
     not_negative,
     positive,
 )
+from ..mathematics import euler, quaternion
+from ..mathematics.rbf import gaussian
+from ..mathematics.vectors import length, smallest_eigenvalue
 from .agile_gains import GAIN, SURFACE, centres, columns
 
 

@@ -21,8 +21,6 @@ from typing import Any
 import casadi as ca
 
 from .. import vehicle
-from ..attitude import euler, quaternion
-from ..attitude.limits import saturated
 from ..framework import (
     AttitudeController,
     Component,
@@ -34,6 +32,8 @@ from ..framework import (
     not_negative,
     positive,
 )
+from ..mathematics import euler, quaternion
+from ..mathematics.limits import saturated
 from ..vehicle import DEGREE
 
 

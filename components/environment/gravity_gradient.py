@@ -16,8 +16,8 @@ from typing import Any
 import casadi as ca
 
 from .. import vehicle
-from ..attitude import gravity, quaternion
 from ..framework import Component, Condition, Environment, Input, Parameter
+from ..mathematics import gravity, quaternion
 
 INERTIA = [[1200.0, 0.0, 0.0], [0.0, 1000.0, 0.0], [0.0, 0.0, 1500.0]]
 

@@ -25,9 +25,6 @@ import casadi as ca
 import numpy as np
 
 from .. import drag_free
-from ..attitude import gravity, quaternion
-from ..attitude.noise import uniform
-from ..attitude.vectors import direction
 from ..framework import (
     CalculatedParameter,
     Component,
@@ -39,6 +36,9 @@ from ..framework import (
     not_negative,
     positive,
 )
+from ..mathematics import gravity, quaternion
+from ..mathematics.noise import uniform
+from ..mathematics.vectors import direction
 from ..vehicle import quaternion_condition
 
 

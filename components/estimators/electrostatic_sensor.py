@@ -18,10 +18,10 @@ from typing import Any
 import casadi as ca
 
 from .. import drag_free
-from ..attitude import quaternion
-from ..attitude.noise import white
 from ..framework import Component, Condition, Input, Output, Parameter, State, not_negative, positive
 from ..framework.ports import IDENTITY
+from ..mathematics import quaternion
+from ..mathematics.noise import white
 from ..vehicle import quaternion_condition
 
 

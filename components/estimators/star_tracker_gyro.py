@@ -14,10 +14,10 @@ from typing import Any
 
 import casadi as ca
 
-from ..attitude import quaternion
-from ..attitude.noise import white
 from ..framework import Component, Condition, Input, Output, Parameter, State, not_negative
 from ..framework.ports import IDENTITY
+from ..mathematics import quaternion
+from ..mathematics.noise import white
 from ..vehicle import quaternion_condition
 
 

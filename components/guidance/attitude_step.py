@@ -14,9 +14,9 @@ from typing import Any
 
 import casadi as ca
 
-from ..attitude import quaternion
 from ..framework import Component, Condition, Guidance, Parameter
 from ..framework.ports import IDENTITY
+from ..mathematics import quaternion
 from ..vehicle import DEGREE, quaternion_condition
 
 

@@ -17,9 +17,9 @@ import casadi as ca
 import numpy as np
 
 from .. import vehicle
-from ..attitude import quaternion
 from ..framework import Component, Condition, Guidance, Parameter, State
 from ..framework.ports import IDENTITY
+from ..mathematics import quaternion
 
 
 class BodyRateSinusoid(Component):

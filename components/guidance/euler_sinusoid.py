@@ -18,8 +18,8 @@ from typing import Any
 
 import casadi as ca
 
-from ..attitude import euler
 from ..framework import Component, Guidance, Parameter
+from ..mathematics import euler
 from ..vehicle import DEGREE
 
 

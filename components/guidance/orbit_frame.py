@@ -16,8 +16,8 @@ from typing import Any
 
 import casadi as ca
 
-from ..attitude import gravity
 from ..framework import Component, Condition, Guidance, Parameter
+from ..mathematics import gravity
 
 
 class OrbitFrame(Component):

@@ -18,8 +18,8 @@ from typing import Any
 
 import casadi as ca
 
-from ..attitude import gravity, quaternion
 from ..framework import Component, Condition, Guidance, Input, Parameter, not_negative, positive
+from ..mathematics import gravity, quaternion
 
 
 class OrbitFrameFromState(Component):

@@ -18,9 +18,9 @@ from typing import Any
 
 import casadi as ca
 
-from ..attitude import quaternion
 from ..framework import Component, Condition, Guidance, Output, Parameter, flag_conditions
 from ..framework.ports import IDENTITY
+from ..mathematics import quaternion
 from ..vehicle import DEGREE
 from .attitude_step import turn_conditions
 

@@ -29,7 +29,6 @@ from typing import Any
 import casadi as ca
 
 from .. import drag_free
-from ..attitude import gravity, quaternion
 from ..framework import (
     CalculatedParameter,
     Component,
@@ -41,6 +40,7 @@ from ..framework import (
     not_negative,
     positive,
 )
+from ..mathematics import gravity, quaternion
 from ..vehicle import inertia_conditions, quaternion_condition
 
 

@@ -23,8 +23,8 @@ from typing import Any
 import casadi as ca
 
 from .. import vehicle
-from ..attitude import quaternion
 from ..framework import AttitudePlant, CalculatedParameter, Component, Condition, State
+from ..mathematics import quaternion
 
 
 class FlexibleSpacecraft(Component):

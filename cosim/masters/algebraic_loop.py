@@ -68,7 +68,7 @@ class Loop:
         from scipy.optimize import root  # takes long to import, and few systems have a loop
 
         derivatives = all(
-            self.exchange.slave(r.component).interface.provides_directional_derivative for r in self.readings
+            self.exchange.slave(r.component).description.provides_directional_derivative for r in self.readings
         )
         try:
             x: FloatArray = np.asarray(

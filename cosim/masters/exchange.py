@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cosim.masters.plan import Plan, Reading
-from cosim.protocol import Slave
+from cosim.slaves.slave import Slave
 
 FloatArray = NDArray[np.float64]
 

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cosim.errors import NotSupported, UnknownName
-from cosim.kernel import kernel
-from cosim.links import Link, Wiring
 from cosim.masters import loop, planning
+from cosim.masters.kernel import kernel
 from cosim.masters.master import Block
 from cosim.masters.plan import Plan
-from cosim.protocol import Slave
+from cosim.slaves.slave import Slave
+from cosim.system.wiring import Link, Wiring
 from cosim.time import Schedule
 
 PRESETS = ("declared", "jacobi", "gauss_seidel")
@@ -61,7 +61,7 @@ class Explicit:
             if self.preset != "declared":
                 earlier = place[link.source.component] < place[link.target.component]
                 chosen = "after_step" if self.preset == "gauss_seidel" and earlier else "at_point"
-            centred = self.centred and wiring.interfaces[link.target.component].refresh
+            centred = self.centred and wiring.descriptions[link.target.component].refresh
             return "centred" if centred and chosen == "after_step" else chosen
 
         return replace(wiring, links=tuple(replace(link, timing=timing(link)) for link in wiring.links))

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cosim.errors import AlgebraicLoop, CallFailed, InitializationFailed
-from cosim.links import Wiring
 from cosim.masters.algebraic_loop import Loop, same_bits
 from cosim.masters.exchange import Exchange
 from cosim.masters.plan import AT_POINT, ComponentPlan, Plan, Reading
-from cosim.protocol import Slave
+from cosim.slaves.slave import Slave
+from cosim.system.wiring import Wiring
 from cosim.time import to_seconds
 
 FloatArray = NDArray[np.float64]
@@ -64,17 +64,17 @@ def _enter(plan: Plan, wiring: Wiring, slaves: Mapping[str, Slave]) -> None:
     for slave in slaves.values():
         slave.instantiate()
     for port, value in wiring.settings.items():
-        slaves[port.component].set(slaves[port.component].interface.variables[port.variable], value)
+        slaves[port.component].set(slaves[port.component].description.variables[port.variable], value)
     for c in plan.components:
         slave = slaves[c.name]
-        if slave.interface.sampled and (c.inputs.timing != AT_POINT).any():
-            slave.set(slave.interface.variables[COMMIT_SHOWN], 1.0)
+        if slave.description.sampled and (c.inputs.timing != AT_POINT).any():
+            slave.set(slave.description.variables[COMMIT_SHOWN], 1.0)
     for slave in slaves.values():
         slave.setup_experiment(to_seconds(plan.schedule.start))
     for slave in slaves.values():
         slave.enter_initialization_mode()
     for port, value in wiring.held.items():
-        slaves[port.component].set(slaves[port.component].interface.variables[port.variable], value)
+        slaves[port.component].set(slaves[port.component].description.variables[port.variable], value)
 
 
 def _settle(plan: Plan, exchange: Exchange) -> None:

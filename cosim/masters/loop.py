@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from cosim.errors import CallFailed, StepFailed
 from cosim.masters.master import Block
 from cosim.masters.plan import AFTER_STEP, AT_POINT, CENTRED, MIDPOINT, RAMP, STEP_MEAN, ComponentPlan, Plan, Reading
-from cosim.protocol import Slave
+from cosim.slaves.slave import Slave
 from cosim.time import to_seconds
 
 FloatArray = NDArray[np.float64]

@@ -6,9 +6,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from cosim.links import Wiring
 from cosim.masters.plan import Plan
-from cosim.protocol import Slave
+from cosim.slaves.slave import Slave
+from cosim.system.wiring import Wiring
 from cosim.time import Schedule
 
 FloatArray = NDArray[np.float64]

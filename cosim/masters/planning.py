@@ -5,10 +5,7 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
-from cosim import graph
 from cosim.errors import UnknownName, WiringErrors
-from cosim.interface import Variable
-from cosim.links import Link, Port, Wiring
 from cosim.masters import rates
 from cosim.masters.plan import (
     STEP_MEAN,
@@ -24,9 +21,12 @@ from cosim.masters.plan import (
     floats,
     ints,
 )
-from cosim.names import canonical, split_element
+from cosim.system import graph
+from cosim.system.wiring import Link, Port, Wiring
 from cosim.time import Schedule
-from cosim.units import IDENTITY, Conversion
+from fmus.description.description import ScalarVariable
+from fmus.description.names import canonical, split_element
+from fmus.description.units import IDENTITY, Conversion
 
 
 def build(
@@ -45,7 +45,7 @@ def build(
 
 def flag(wiring: Wiring, name: str) -> Port:
     """Return the Real output that a name means; raises `UnknownName`."""
-    outputs = [Port(component, v.name) for component, fmu in wiring.interfaces.items() for v in fmu.real_outputs]
+    outputs = [Port(component, v.name) for component, fmu in wiring.descriptions.items() for v in fmu.real_outputs]
     for port in outputs:
         if str(port) == canonical(name):
             return port
@@ -61,9 +61,9 @@ def recorded(wiring: Wiring, patterns: Sequence[str]) -> list[Port]:
     unmatched = {p for p in patterns if p != "*"}
     ports: list[Port] = []
     known: list[str] = []
-    for component, interface in wiring.interfaces.items():
-        known += [f"{component}.{base}" for base in interface.groups]
-        for variable in interface.variables.values():
+    for component, description in wiring.descriptions.items():
+        known += [f"{component}.{base}" for base in description.groups]
+        for variable in description.variables.values():
             if variable.type != "Real":
                 continue
             names = {f"{component}.{variable.name}", f"{component}.{split_element(variable.name)[0]}"}
@@ -122,19 +122,19 @@ class _Planner:
     def _next_slot(self) -> int:
         return len(self.slots) + len(self.derivative_slots)
 
-    def _variable(self, port: Port) -> Variable:
-        return self.wiring.interfaces[port.component].variables[port.variable]
+    def _variable(self, port: Port) -> ScalarVariable:
+        return self.wiring.descriptions[port.component].variables[port.variable]
 
     def _references(self, ports: Sequence[Port]) -> tuple[int, ...]:
         return tuple(self._variable(p).value_reference for p in ports)
 
     def _extrapolated(self, link: Link, extrapolation: int) -> int:
         """Return up to which order an at_point input is extrapolated; the value of a slower source may be too old."""
-        if link.timing != "at_point" or not self.wiring.interfaces[link.target.component].can_interpolate_inputs:
+        if link.timing != "at_point" or not self.wiring.descriptions[link.target.component].can_interpolate_inputs:
             return 0
         if self.wiring.period(link.source.component) > self.wiring.period(link.target.component):
             return 0
-        return min(extrapolation, self.wiring.interfaces[link.source.component].max_output_derivative_order)
+        return min(extrapolation, self.wiring.descriptions[link.source.component].max_output_derivative_order)
 
     def _outputs(self, name: str) -> Outputs:
         """Give slots to what is read from a component: its Real outputs, and others that are recorded."""
@@ -142,7 +142,7 @@ class _Planner:
         extra = {p for p in self.columns if p.component == name and self._variable(p).causality != "input"}
         ports = [
             Port(name, v.name)
-            for v in self.wiring.interfaces[name].variables.values()
+            for v in self.wiring.descriptions[name].variables.values()
             if v.type == "Real" and (v.causality == "output" or Port(name, v.name) in extra)
         ]
         self.slots |= {port: offset + i for i, port in enumerate(ports)}

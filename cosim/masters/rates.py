@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 
 from cosim.errors import WiringError
-from cosim.graph import stepping_order
-from cosim.links import Link, Wiring
+from cosim.system.graph import stepping_order
+from cosim.system.wiring import Link, Wiring
 from cosim.time import Schedule, to_seconds
 
 
@@ -30,10 +30,10 @@ def mistakes(wiring: Wiring, schedule: Schedule) -> list[WiringError]:
 
 def _shortened(wiring: Wiring, schedule: Schedule) -> Iterator[WiringError]:
     """Find FMUs that need a constant step where the last one would be shorter."""
-    for component, interface in wiring.interfaces.items():
+    for component, description in wiring.descriptions.items():
         step = schedule.step * wiring.period(component)
         rest = (schedule.stop - schedule.start) % step
-        if rest and not interface.can_handle_variable_step:
+        if rest and not description.can_handle_variable_step:
             problem = f"{component} needs a constant communication step, {to_seconds(step)} s, but the last would be"
             yield WiringError(f"{problem} {to_seconds(rest)} s", "Choose a stop_time that is a multiple of the step.")
 

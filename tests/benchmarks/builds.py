@@ -23,7 +23,7 @@ def counted(self, *arguments):
     built.append(arguments[:1])
     original(self, *arguments)
 casadi.Function.__init__ = counted
-from fmus.build import BACKENDS, build_all
+from fmus.export.build import BACKENDS, build_all
 began = time.perf_counter()
 paths = build_all(BACKENDS)
 print(repr((time.perf_counter() - began, len(built), len(paths))))

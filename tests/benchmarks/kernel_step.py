@@ -12,16 +12,16 @@ from pathlib import Path
 import bench
 from parts import Controller, Plant
 
-from cosim.kernel import kernel
 from cosim.masters import loop
 from cosim.masters.explicit import Explicit
 from cosim.masters.initialization import initialize
+from cosim.masters.kernel import kernel
 from cosim.masters.master import Block
-from cosim.slave import FmuSlave
-from cosim.system import Connection, System
+from cosim.slaves.fmi2 import FmuSlave
+from cosim.system.expand import wire
+from cosim.system.system import Connection, System
 from cosim.time import Schedule
-from cosim.wiring import wire
-from fmus.build import build
+from fmus.export.build import build
 from fmus.toolchain import compile_library
 
 STEPS, PYTHON_STEPS, ROUNDS, H = 300_000, 3_000, 15, 0.01
@@ -44,7 +44,7 @@ class Flight:
         paths = {"plant": folder / "Plant.fmu", "controller": folder / "Controller.fmu"}
         self.slaves = {name: FmuSlave(name, path) for name, path in paths.items()}
         system = System(name="loop", components=dict.fromkeys(paths, ""), connections=CONNECTIONS)
-        wiring = wire(system, {name: slave.interface for name, slave in self.slaves.items()})
+        wiring = wire(system, {name: slave.description for name, slave in self.slaves.items()})
         schedule = Schedule.of(0.0, steps * H, H, steps)
         self.plan = Explicit("jacobi").plan(wiring, schedule, ("*",))
         self.values = initialize(self.plan, wiring, self.slaves)
@@ -67,7 +67,7 @@ class Flight:
         return bench.clocked(lambda: function(*arguments), steps)()
 
     def references(self, instance: str, *names: str) -> tuple[int, ...]:
-        return tuple(self.slaves[instance].interface.variables[name].value_reference for name in names)
+        return tuple(self.slaves[instance].description.variables[name].value_reference for name in names)
 
     def get(self, instance: str, *names: str) -> list[float]:
         return self.slaves[instance].get_real(self.references(instance, *names)).tolist()

@@ -16,10 +16,10 @@ from components.controllers.prescribed_performance import PrescribedPerformance
 from components.framework import Component
 from components.framework.component import start_vector
 from components.plants.flexible_spacecraft import FlexibleSpacecraft
-from cosim.slave import FmuSlave
-from fmus.build import build
-from fmus.interface import Interface
-from fmus.native_fmu import native_sources
+from cosim.slaves.fmi2 import FmuSlave
+from fmus.export.build import build
+from fmus.export.interface import ModelDescription
+from fmus.export.native.native_fmu import native_sources
 from fmus.toolchain import compile_library
 
 STEPS, ROUNDS, H = 20_000, 15, 1e-3
@@ -32,7 +32,7 @@ class Fmu(ctypes.Structure):
 
 def measure(component: Component, folder: Path) -> None:
     name = component.name
-    interface = Interface(component, name, derivatives=True)
+    interface = ModelDescription(component, name, derivatives=True)
     for file, data in native_sources(interface).items():
         (folder / file).write_bytes(data)
     here = Path(__file__).with_suffix(".c")
@@ -44,7 +44,7 @@ def measure(component: Component, folder: Path) -> None:
     loops.exchange.argtypes = [*loops.step.argtypes, SIZE, POINTER, POINTER, SIZE, POINTER, POINTER]
 
     slave = FmuSlave(name, build(component, folder / f"{name}.fmu"))
-    variables = slave.interface.variables.values()
+    variables = slave.description.variables.values()
     references = {
         cause: np.array([v.value_reference for v in variables if v.causality == cause], np.uint32)
         for cause in ("input", "output")

@@ -14,7 +14,7 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.model_description import read_model_description
 
 from components.plants.flexible_spacecraft import FlexibleSpacecraft
-from fmus.build import BACKENDS, build
+from fmus.export.build import BACKENDS, build
 
 STEPS, ROUNDS, H = 2_000, 15, 1e-3
 BUDGET = 25 / 9

@@ -7,7 +7,7 @@ from helpers import numbers
 from numpy.testing import assert_allclose
 from scipy.linalg import null_space
 
-from components.attitude import allocation, cmg, projection
+from components.mathematics import allocation, cmg, projection
 
 RNG = np.random.default_rng(1)
 A = RNG.normal(size=(3, 7))

@@ -7,7 +7,7 @@ from helpers import numbers
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
-from components.attitude import euler, mrp, quaternion, rbf, vectors
+from components.mathematics import euler, mrp, quaternion, rbf, vectors
 
 RNG = np.random.default_rng(1)
 ROTATIONS = [Rotation.from_quat(q) for q in RNG.normal(size=(8, 4))]

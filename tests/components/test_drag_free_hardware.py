@@ -10,9 +10,9 @@ from scipy.stats import kstest
 
 from components.actuators.electrostatic_suspension import ElectrostaticSuspension
 from components.actuators.thrusters import Thrusters
-from components.attitude import noise, slewing
 from components.estimators.electrostatic_sensor import ElectrostaticSensor
 from components.estimators.star_tracker_gyro import StarTrackerGyro
+from components.mathematics import noise, slewing
 
 N = 20000
 

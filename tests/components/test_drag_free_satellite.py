@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from components.attitude import gravity
+from components.mathematics import gravity
 from components.plants.drag_free_satellite import DragFreeSatellite
 
 ZERO = [0.0, 0.0, 0.0]

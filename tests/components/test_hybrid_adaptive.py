@@ -10,7 +10,7 @@ from ye2016_loop import CONNECTIONS, KNOWN, OFF, SLOW, loop, outside
 
 from components.actuators.cmg_cluster import CmgCluster
 from components.controllers.hybrid_adaptive import HybridAdaptive
-from cosim.papers.ye2016 import system
+from cosim.studies.papers.ye2016 import system
 
 SENSED = {"q_BN", "omega_BN_B", "q_RN", "omega_RN_R", "omega_dot_RN_R"}
 POLES = (0.2, 0.3)

@@ -6,8 +6,8 @@ from helpers import Point, monolithic
 from numpy.testing import assert_allclose
 
 from components.actuators.reaction_wheels import ReactionWheels
-from components.attitude.limits import floored, stopped
 from components.environment.harmonic_torque import HarmonicTorque
+from components.mathematics.limits import floored, stopped
 from components.plants.flexible_spacecraft import FlexibleSpacecraft
 
 BODY = {"J": np.diag([30.0, 20.0, 25.0]), "modes": 0}

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from cosim.errors import CallFailed
-from cosim.interface import Interface, Variable
-from cosim.units import BaseUnit, Conversion, Unit
+from fmus.description.description import ModelDescription, ScalarVariable
+from fmus.description.units import BaseUnit, Conversion, Unit
 
 UNITS = {
     "rad": Unit("rad", BaseUnit((0,) * 7 + (1,)), {"deg": Conversion(180 / math.pi)}),
@@ -18,7 +18,7 @@ UNITS = {
 }
 
 
-def interface(
+def describe(
     *,
     inputs: Sequence[str] = (),
     outputs: Sequence[str] = (),
@@ -27,17 +27,17 @@ def interface(
     units: Mapping[str, str] | None = None,
     feedthrough: Mapping[str, tuple[str, ...] | None] | None = None,
     **capabilities,
-) -> Interface:
-    """An interface with Real inputs, calculated outputs, parameters and settable start states.
+) -> ModelDescription:
+    """An description with Real inputs, calculated outputs, parameters and settable start states.
 
     `feedthrough` holds for initialization too; an output that is not in it follows no input, None: not said.
     """
-    variables: dict[str, Variable] = {}
+    variables: dict[str, ScalarVariable] = {}
 
     def add(name, start=None, **kind):
         kinds = {bool: "Boolean", int: "Integer", str: "String"}
         variable_type = kinds.get(type(start), "Real")
-        variables[name] = Variable(
+        variables[name] = ScalarVariable(
             name, len(variables), type=variable_type, start=start, unit=(units or {}).get(name.split("[")[0]), **kind
         )
 
@@ -50,7 +50,7 @@ def interface(
     for name, start in (states or {}).items():
         add(name, start, causality="output", initial="exact")
     depends = {name: (feedthrough or {}).get(name, ()) for name in outputs}
-    return Interface(
+    return ModelDescription(
         model_name="Fake",
         guid="{fake}",
         variables=variables,
@@ -67,15 +67,15 @@ class Fake:
     `calls` keeps what the master did, in order: ("set", {...}), ("step", t, h), ("get", names).
     """
 
-    interface: Interface
+    description: ModelDescription
 
-    def __init__(self, name: str, interface: Interface, **values: float):
-        self.name, self.interface = name, interface
+    def __init__(self, name: str, description: ModelDescription, **values: float):
+        self.name, self.description = name, description
         self.messages: list[str] = []
-        self.values = {v.name: v.start if v.start is not None else 0.0 for v in interface.variables.values()} | values
+        self.values = {v.name: v.start if v.start is not None else 0.0 for v in description.variables.values()} | values
         self.slopes: dict[str, float] = {}
         self.calls: list[tuple] = []
-        self._names = {v.value_reference: v.name for v in interface.variables.values()}
+        self._names = {v.value_reference: v.name for v in description.variables.values()}
 
     def evaluate(self, v: dict) -> None: ...
 
@@ -162,7 +162,7 @@ class Integrator(Fake):
     """x' = u, exactly for a constant or ramped input; y = x; x0 can be set."""
 
     def __init__(self, name: str, x0: float = 0.0, **capabilities):
-        super().__init__(name, interface(inputs=["u"], states={"y": x0}, **capabilities))
+        super().__init__(name, describe(inputs=["u"], states={"y": x0}, **capabilities))
 
     def advance(self, t, h, v, slopes):
         v["y"] += h * (v["u"] + 0.5 * h * slopes.get("u", 0.0))
@@ -172,7 +172,7 @@ class Clock(Fake):
     """y = t at each communication point, and its slope 1."""
 
     def __init__(self, name: str, **capabilities):
-        super().__init__(name, interface(outputs=["y"], **capabilities))
+        super().__init__(name, describe(outputs=["y"], **capabilities))
 
     def setup_experiment(self, t):
         self.values["y"] = t
@@ -192,9 +192,7 @@ class Gain(Fake):
         feedthrough = {"y": ("u",) if said else None}
         super().__init__(
             name,
-            interface(
-                inputs=["u"], outputs=["y"], parameters={"k": k, "b": b}, feedthrough=feedthrough, **capabilities
-            ),
+            describe(inputs=["u"], outputs=["y"], parameters={"k": k, "b": b}, feedthrough=feedthrough, **capabilities),
         )
 
     def evaluate(self, v):
@@ -208,7 +206,7 @@ class Mean(Fake):
     """A step mean: y is the mean over the last step of the derivative of x = t^2, that is 2 t + h; x its integral."""
 
     def __init__(self, name: str):
-        super().__init__(name, interface(outputs=["y", "x"], step_means=frozenset({"y"})))
+        super().__init__(name, describe(outputs=["y", "x"], step_means=frozenset({"y"})))
 
     def advance(self, t, h, v, slopes):
         v["y"] = ((t + h) ** 2 - t**2) / h
@@ -244,7 +242,7 @@ class Vehicle(Fake):
         units = {"tau_B": "N.m", "angle": "rad", "q_BN": "rad", "rho": "rad", "eta": "kg(1/2).m"}
         super().__init__(
             name,
-            interface(
+            describe(
                 inputs=[*vector, "angle"],
                 outputs=["q_BN[1]", "q_BN[2]", "q_BN[3]", "power", "eta"],
                 parameters={
@@ -267,7 +265,7 @@ class Mass(Fake):
     """m x'' = f - k x, solved exactly for constant f."""
 
     def __init__(self, name, x0, k, m=1.0):
-        super().__init__(name, interface(inputs=["f"], states={"x": x0, "v": 0.0}))
+        super().__init__(name, describe(inputs=["f"], states={"x": x0, "v": 0.0}))
         self.w, self.k = math.sqrt(k / m), k
 
     def advance(self, t, h, v, slopes):
@@ -281,7 +279,7 @@ class Spring(Fake):
 
     def __init__(self, name, c):
         both = ("x_1", "x_2")
-        super().__init__(name, interface(inputs=both, outputs=["f_1", "f_2"], feedthrough={"f_1": both, "f_2": both}))
+        super().__init__(name, describe(inputs=both, outputs=["f_1", "f_2"], feedthrough={"f_1": both, "f_2": both}))
         self.c = c
 
     def evaluate(self, v):

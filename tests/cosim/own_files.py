@@ -21,7 +21,7 @@ class PD(PythonComponent):
 
 PD_EQUATIONS = '''
 """PD attitude control as equations: tau = -kp e - kd (omega_BN_B - omega_RN_R)."""
-from components.attitude import quaternion
+from components.mathematics import quaternion
 from components.framework import AttitudeController, Component, Parameter
 
 
@@ -56,7 +56,7 @@ class Root(Component):
 
 ALONE = '''
 from cosim.masters.explicit import Explicit
-from cosim.system import Experiment, System
+from cosim.system.system import Experiment, System
 
 
 def system():
@@ -68,7 +68,7 @@ def system():
 
 TARGET = '''
 from cosim.masters.explicit import Explicit
-from cosim.papers import scenario
+from cosim.studies.papers import scenario
 import dataclasses
 
 

@@ -13,9 +13,9 @@ import pyarrow as pa
 import pytest
 from numpy.testing import assert_allclose
 
-from cosim import recorder
-from cosim.kernel import kernel
-from cosim.result import Result
+from cosim.masters.kernel import kernel
+from cosim.results import recorder
+from cosim.results.result import Result
 from fmus import toolchain
 
 from . import own_files
@@ -136,7 +136,7 @@ class TestDisk:
         def refuse(*arguments, **keywords):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-        monkeypatch.setattr("cosim.formats.pq.ParquetWriter", refuse)
+        monkeypatch.setattr("cosim.results.formats.pq.ParquetWriter", refuse)
         done = adcs("run", "zhang2018-ppatc", "--stop", "0.05", "--out", "out")
         assert (done.status, "out/result.parquet cannot be written: No space left" in done.err) == (1, True)
         assert sorted(p.name for p in (folder / "out").iterdir()) == ["result.arrows", "run.json"]
@@ -157,7 +157,7 @@ class TestDisk:
         def attitude(run, threshold_deg):
             raise ZeroDivisionError("a bug")
 
-        monkeypatch.setattr("cosim.metrics.attitude", attitude)
+        monkeypatch.setattr("cosim.studies.metrics.attitude", attitude)
         with pytest.raises(ZeroDivisionError):
             adcs("run", "zhang2018-ppatc", "--stop", "0.05", "--out", "out")
         result = Result.read("out")

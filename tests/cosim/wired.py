@@ -3,8 +3,8 @@
 import pytest
 
 from cosim.errors import WiringErrors
-from cosim.system import Connection, System
-from cosim.wiring import wire
+from cosim.system.expand import wire
+from cosim.system.system import Connection, System
 
 from .fakes import Vehicle
 
@@ -20,7 +20,7 @@ def wired(connections=(), slaves=None, **system):
         connections=[Connection(*c) for c in connections],
         **system,
     )
-    return wire(made, {s.name: s.interface for s in slaves})
+    return wire(made, {s.name: s.description for s in slaves})
 
 
 def mistakes(connections=(), slaves=None, **system) -> list[str]:

@@ -1,0 +1,319 @@
+"""The command line, `adcs`: list, build, show, run, plot, reproduce, compare. What it does is in what it calls.
+
+A command imports what it needs: what flies and draws takes longer to import than a rebuild of nothing takes.
+"""
+
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from cosim.cli import console
+from cosim.cli.library import Library
+from cosim.errors import SimulationError
+from fmus.errors import BuildError
+from fmus.export import build as building
+from fmus.toolchain import SUFFIXES as PLATFORMS
+
+if TYPE_CHECKING:
+    from cosim.results.result import Result
+
+HELP = """Spacecraft attitude-control co-simulation with FMI 2.0 FMUs.
+
+First steps: adcs list, then adcs run zhang2018-ppatc --plot."""
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=HELP)
+
+Backend = Annotated[
+    Literal["native", "python"],
+    typer.Option(help="Back end of the FMUs that are built: C, or Python that can be edited."),
+]
+Master = Annotated[
+    str | None,
+    typer.Option(
+        help="explicit (timings as the system declares them), jacobi (all at_point) or gauss_seidel (after_step where "
+        "the source is declared before the target). Default: the experiment's own."
+    ),
+]
+Force = Annotated[bool, typer.Option("--force", help="Replace a result that is already there.")]
+
+
+@contextmanager
+def _reported() -> Any:
+    """Turn what a user can cause into one message and exit status 2, or 1 where a simulation had begun."""
+    try:
+        yield
+    except (SimulationError, BuildError) as error:
+        console.error(error)
+        raise typer.Exit(1 if getattr(error, "result", None) is not None else 2) from error
+
+
+@app.command("list")
+def list_() -> None:
+    """List components, systems and papers, a line each."""
+    from cosim.studies import papers
+
+    with _reported():
+        console.listing("components (adcs build NAME)", building.component_docs())
+        console.listing("systems (adcs run NAME)", papers.descriptions())
+        console.listing("papers (adcs reproduce NAME)", papers.titles())
+
+
+@app.command()
+def build(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[NAME]...", help="NAME, FILE.py:Class, NAME:modes=6 or a SYSTEM; all NAMEs if none."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Folder for the FMUs. Default: for a SYSTEM one of its name.")
+    ] = None,
+    backend: Annotated[
+        Literal["native", "python", "all"], typer.Option(help="C, Python that can be edited, or both.")
+    ] = "native",
+    platform: Annotated[
+        str, typer.Option(help=f"Of native FMUs: host, {', '.join(PLATFORMS)} or all; several with commas.")
+    ] = "host",
+) -> None:
+    """Build FMUs that are missing or out of date, and print their paths.
+
+    A SYSTEM gives one FMU per instance, with the system's parameters as start values.
+    """
+    with _reported():
+        backends = building.BACKENDS if backend == "all" else (backend,)
+        platforms = tuple(PLATFORMS) if platform == "all" else tuple(platform.split(","))
+        for name in names or building.CATALOG:
+            if building.is_component(name):
+                places = [out / b if out is not None and len(backends) > 1 else out for b in backends]
+                paths = [
+                    building.build_reference(name, b, platforms, place, announce=console.note)
+                    for b, place in zip(backends, places, strict=True)
+                ]
+            else:
+                from cosim.cli import show
+
+                paths = show.built(name, backends, platforms, out, console.note)
+            for path in paths:
+                typer.echo(path)
+
+
+@app.command("show")
+def show_(
+    name: Annotated[
+        str,
+        typer.Argument(metavar="NAME", help="SYSTEM, FILE.py[:function], FILE.fmu, or a component to be built."),
+    ],
+    backend: Backend = "native",
+    master: Master = None,
+) -> None:
+    """Show how a system is wired and evaluated, or the description of one FMU."""
+    from cosim.cli import overrides, scenario, show
+
+    with _reported():
+        locate = Library(backend, console.note)
+        if name.endswith(".fmu") or building.is_component(name):
+            console.write(show.fmu(locate(name)))
+        else:
+            system, experiment = scenario.load(name)
+            experiment = overrides.with_experiment(experiment, master=master)
+            console.write(show.system(system, experiment, locate))
+
+
+@app.command()
+def run(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="SYSTEM or FILE.py[:function].")],
+    use: Annotated[
+        list[str] | None,
+        typer.Option(metavar="INSTANCE=FMU", help="Another FMU for an instance: NAME, FILE.py:Class or FILE.fmu."),
+    ] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="NAME=VALUE", help="As in 'plant.J[1,1]=500', '*.J=[[..]]', 'controller.k=0.2 1/s'."
+        ),
+    ] = None,
+    params: Annotated[
+        list[Path] | None, typer.Option(metavar="FILE.toml", help="Parameters, a table per instance; --set wins.")
+    ] = None,
+    stop: Annotated[str | None, typer.Option(metavar="TIME", help="Stop time, as in 200, 90s or 5min.")] = None,
+    step: Annotated[str | None, typer.Option(metavar="TIME", help="Communication step, as in 1ms or 0.001.")] = None,
+    master: Master = None,
+    extrapolation: Annotated[
+        int | None, typer.Option(help="Order to which at_point inputs are extrapolated: 0, 1 or 2.")
+    ] = None,
+    backend: Backend = "native",
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Folder for the result. Default: results/SYSTEM.")
+    ] = None,
+    force: Force = False,
+    every: Annotated[int | None, typer.Option(help="Record every n-th communication point.")] = None,
+    format: Annotated[Literal["parquet", "csv", "mat"], typer.Option(help="Format of the result.")] = "parquet",
+    settled: Annotated[
+        str | None,
+        typer.Option(metavar="ANGLE", help="Threshold of the settling time, as in '0.005 deg'. Default: the paper's."),
+    ] = None,
+    plot: Annotated[bool, typer.Option("--plot", help="Draw figures into the result folder.")] = False,
+) -> None:
+    """Fly a system, and print its metrics and the claims of a paper that it decides.
+
+    Missing FMUs are built first. Exit status: 0 finished, 1 ended early (what was recorded is kept), 2 not begun.
+    """
+    from cosim.cli import overrides, scenario
+    from cosim.flights import simulate
+    from cosim.studies import metrics, papers
+
+    with _reported():
+        system, experiment = scenario.load(name)
+        threshold = papers.settled(name) if settled is None else overrides.parse_degrees(settled, "--settled")
+        locate = Library(backend, console.note)
+        system, swaps = overrides.with_units(system, use or [], locate)
+        for swap in swaps:
+            console.swap(swap)
+        for file in params or []:
+            system = overrides.with_parameters(system, overrides.parameter_file(file))
+        system = overrides.with_parameters(system, overrides.assignments(set_ or []))
+        experiment = overrides.with_experiment(experiment, step, stop, every, master, extrapolation)
+        folder = out if out is not None else Path("results") / system.name
+        with console.progress(system.name) as progress:
+            failure: SimulationError | None = None
+            try:
+                result = simulate(
+                    system,
+                    experiment,
+                    out=folder,
+                    locate=locate,
+                    progress=progress,
+                    format=format,
+                    overwrite=force,
+                    swaps=swaps,
+                    metrics=lambda run: metrics.attitude(run, threshold),
+                )
+            except SimulationError as error:
+                if error.result is None:
+                    raise
+                failure, result = error, error.result
+        changed = (set_, params, step, every, master, extrapolation)
+        _tell(name, result, plot, as_published=not any(option not in (None, []) for option in changed))
+        if failure is not None:
+            raise failure
+        if result.info["status"] != "finished":
+            raise typer.Exit(1)
+
+
+@app.command("plot")
+def plot_(
+    folders: Annotated[list[Path], typer.Argument(help="Result folders; several are overlaid.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Folder for the figures (default: the first result's).")
+    ] = None,
+) -> None:
+    """Draw one run, or several overlaid."""
+    from cosim.results.result import Result
+    from cosim.studies import plots
+
+    with _reported():
+        names = [folder.name for folder in folders]
+        labels = [n if names.count(n) == 1 else str(folder) for n, folder in zip(names, folders, strict=True)]
+        results = {label: Result.read(folder) for label, folder in zip(labels, folders, strict=True)}
+        drawn = plots.save(plots.figures(results), out or folders[0])
+        for path in drawn:
+            typer.echo(path)
+        if not drawn:
+            console.nothing_drawn()
+
+
+@app.command("reproduce")
+def reproduce_(
+    names: Annotated[list[str] | None, typer.Argument(metavar="[PAPER]...", help="Papers; all if none.")] = None,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for runs, table and figures.")] = Path(
+        "results/reproduce"
+    ),
+    backend: Backend = "native",
+    force: Force = False,
+) -> None:
+    """Fly every experiment of the papers, judge their claims, draw their figures; one table of claims, one of metrics.
+
+    Exit status 1 after Ctrl-C or a failure: the report has the experiments that were flown.
+    """
+    from cosim.studies import papers, reproduce
+
+    with _reported():
+        locate = Library(backend, console.note)
+        chosen = list(dict.fromkeys(names or papers.PAPERS))
+        with console.progress("reproduce") as progress:
+            report = reproduce.reproduce(chosen, out, locate, progress, console.note, overwrite=force)
+        console.claims(report.verdicts)
+        rows = list(reproduce.metrics_rows(report.results, reproduce.BRIEF))
+        console.table(("experiment", *reproduce.BRIEF, "ended"), rows)
+        console.files(report.files)
+        if report.failure is not None:
+            raise report.failure
+        if not report.complete:
+            console.note(f"interrupted: {report.flown} of {report.planned} experiments flown")
+            raise typer.Exit(1)
+
+
+@app.command("compare")
+def compare_(
+    plants: Annotated[
+        str, typer.Option(metavar="PAPER,...", help="Plants, by the papers whose vehicles they are; all if none.")
+    ] = "",
+    controllers: Annotated[
+        str, typer.Option(metavar="SYSTEM,...", help="Controllers, by the experiments that have them; all if none.")
+    ] = "",
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the table.")] = Path("results/compare"),
+    backend: Backend = "native",
+    force: Force = False,
+) -> None:
+    """Fly every attitude controller on every attitude plant: the same slew, the same disturbance, one table.
+
+    A plant has its paper's cluster, or wheels. The vehicle's parameters are carried into the controller, gains are not
+    retuned. Exit status 1 after Ctrl-C: the table has the flights that were finished.
+    """
+    from cosim.studies import compare
+
+    with _reported(), console.progress("compare") as progress:
+        rows, columns = ([name.strip() for name in text.split(",")] if text else [] for text in (plants, controllers))
+        locate = Library(backend, console.note)
+        table = compare.compare(rows, columns, out, locate, progress, console.note, overwrite=force)
+    # what a controller is told of a vehicle is the vehicle's own; compare.json has the sets pair by pair
+    console.parameters({name: values for name, values in table.parameters.items() if " on " not in name})
+    for line in compare.mission.WORDS:
+        console.write(line)
+    for plant, cluster in table.clusters.items():
+        cells = [cell for cell in table.cells if cell.plant == plant]
+        if not cells:
+            continue
+        console.write(f"\n{plant} with {cluster}")
+        console.table(("controller", *compare.COLUMNS), [compare.row(cell)[1:-1] for cell in cells if cell.figures])
+        for cell in cells:
+            if cell.remark:
+                console.write(f"{cell.controller} on {plant} {cell.remark}")
+    console.files(table.files)
+    if not table.complete:
+        console.note(f"interrupted: {len(table.cells)} of {table.planned} flights flown")
+        raise typer.Exit(1)
+
+
+def _tell(name: str, result: "Result", plot: bool, as_published: bool) -> None:
+    """Print metrics, the claims that this run decides (of the paper's own parameters only), and the files written."""
+    from cosim.results.result import FILES
+    from cosim.studies import papers, plots
+
+    console.summary(result)
+    own = result.info["status"] == "finished" and as_published
+    if own:
+        console.claims(papers.verdicts(name, result))
+    remark = papers.remark(name, result, as_published)
+    if remark:
+        console.write(remark)
+    if result.folder is None:
+        return
+    files = [result.folder / file for file in FILES if (result.folder / file).exists()]
+    if plot and len(result) > 1:
+        drawn = papers.figures(name, result) if own else plots.figures({result.info["system"]: result})
+        files += plots.save(drawn, result.folder)
+        if not drawn:
+            console.nothing_drawn()
+    console.files(files)

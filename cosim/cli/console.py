@@ -1,0 +1,146 @@
+"""What the command line prints: tables to standard output, notes, progress and errors to standard error."""
+
+import json
+import sys
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+if TYPE_CHECKING:  # a message must not wait for what flies and draws
+    from cosim.results.result import Result
+    from cosim.studies.papers.claims import Verdict
+    from cosim.system.swap import SwapReport
+
+LONG = 100
+"""Characters of a value that are printed."""
+
+WIDTH = 120
+"""Characters of a table that goes to a file."""
+
+_out = Console(soft_wrap=True, highlight=False, width=None if sys.stdout.isatty() else WIDTH)
+_err = Console(stderr=True, soft_wrap=True, highlight=False)
+
+
+def note(line: str) -> None:
+    """One line of what is going on."""
+    _err.print(line, style="dim", markup=False)
+
+
+def error(problem: Exception) -> None:
+    """What went wrong, as its class and its text."""
+    _err.print(f"{type(problem).__name__}: {problem}", style="red", markup=False)
+
+
+def write(text: str) -> None:
+    """Text as it is."""
+    _out.print(text, markup=False)
+
+
+def listing(title: str, entries: Mapping[str, str]) -> None:
+    """Names with one line each."""
+    width = max(map(len, entries), default=0)
+    write("\n".join([f"{title}:", *(f"  {name:{width}}  {text}" for name, text in entries.items()), ""]))
+
+
+@contextmanager
+def progress(title: str) -> Generator[Callable[[float, float], None]]:
+    """Show a bar of simulated time; yields a function of (time, stop time), both in s."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[now]}"), TimeRemainingColumn())
+    with Progress(*columns, console=_err, transient=True, disable=not _err.is_terminal) as bar:
+        task = bar.add_task(title, total=None, now="")
+
+        def show(t: float, stop: float) -> None:
+            bar.update(task, completed=t, total=stop, now=f"{t:.1f} of {stop:g} s")
+
+        yield show
+
+
+def swap(report: "SwapReport") -> None:
+    """What replacing the FMU of an instance kept, dropped and added."""
+    _out.print(f"{report.instance} = {report.reference}", markup=False)
+    for word, entries in (("kept", report.kept), ("dropped", report.dropped), ("added", report.added)):
+        for entry in entries:
+            _out.print(f"  {word:8}{entry}", markup=False)
+
+
+def summary(result: "Result") -> None:
+    """How a run ended, how long it took, whether its controller left its domain, and its metrics."""
+    from cosim.studies.metrics import out_of_domain  # here, for a message must not wait for what it imports
+
+    info = result.info
+    wall = info["wall_time"]
+    end = f"{result.time[-1]:g} s simulated" if len(result) else "nothing simulated"
+    _out.print(f"{info['status']}: {end}, {wall['loop']:.2f} s in the loop, {len(result)} rows recorded", markup=False)
+    if info.get("event"):
+        happened = info["event"]
+        write(f"ended by {happened['variable']} at {happened['time']:g} s: {happened['meaning']}")
+    if info["last_step"] < info["communication_step_size"]:
+        span = info["stop_time"] - info["start_time"]
+        write(f"the last step is {info['last_step']:g} s: {span:g} s are no multiple of the step")
+    if outside := out_of_domain(result):
+        write(f"the controller was {outside}")
+    metrics: Mapping[str, object] = info.get("metrics") or {}
+    if metrics:
+        table = Table(show_header=False, box=None, pad_edge=False)
+        for name, value in metrics.items():
+            table.add_row(escape(name), escape(_figures(value)))
+        _out.print(table)
+
+
+def claims(verdicts: "Sequence[Verdict]") -> None:
+    """The claims beside what was measured, in one table; of those not judged only why."""
+    judged = [v for v in verdicts if v.verdict != "not judged"]
+    if judged:
+        papers = [v.paper for v in judged]
+        shown = Table("paper", "claim", "paper says", "measured", "verdict", pad_edge=False)
+        for v, following in zip(judged, [*papers[1:], ""], strict=True):
+            row = map(escape, (v.paper, v.claim, v.said, v.measured, v.verdict))
+            shown.add_row(*row, end_section=v.paper != following)
+        _out.print(shown)
+    for paper, why in dict.fromkeys((v.paper, v.measured) for v in verdicts if v not in judged):
+        count = sum((v.paper, v.measured) == (paper, why) for v in verdicts if v not in judged)
+        write(f"{count} claim{'s' if count > 1 else ''} of {paper} not judged: {why}")
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Rows of texts under a head."""
+    shown = Table(*head, pad_edge=False)
+    for column in shown.columns[:: len(head) - 1 or 1]:  # names and how it ended stay whole
+        column.no_wrap = True
+    for row in rows:
+        shown.add_row(*map(escape, row))
+    _out.print(shown)
+
+
+def parameters(sets: Mapping[str, Mapping[str, object]]) -> None:
+    """Parameter sets by name; of long arrays only the beginning."""
+    for name, values in sets.items():
+        write(f"{name}:" if values else f"{name}: as published")
+        for key, value in values.items():
+            text = json.dumps(value)
+            write(f"  {key} = {text if len(text) <= LONG else f'{text[:LONG]} ...'}")
+
+
+def nothing_drawn() -> None:
+    """What figures would need."""
+    note("no figures: they show plant.q_BN, plant.omega_BN_B, plant.tau_B, plant.eta and guidance.q_RN, none is here")
+
+
+def files(paths: Sequence[Path]) -> None:
+    """Files that were written."""
+    for path in paths:
+        _out.print(f"wrote {path}", markup=False)
+
+
+def _figures(value: object) -> str:
+    if isinstance(value, list | tuple):
+        return ", ".join(_figures(v) for v in value)
+    if value is None:
+        return "not reached"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,47 @@
+"""Where FMUs come from: a file as it is, or a component by name, built when it is missing or out of date.
+
+With masters/kernel one of the two places of this package that reach into `fmus`; components are never imported.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from cosim.errors import FmuError
+from fmus.errors import NoCompiler
+from fmus.export.build import build_reference
+
+
+class Library:
+    """Locates FMUs for one preference of back end; `notes` are lines that a user should see once.
+
+    A Python-only component is always built by the python back end; without a C compiler every component is.
+    """
+
+    def __init__(self, backend: str = "native", note: Callable[[str], None] | None = None) -> None:
+        self.backend = backend
+        self._note = note or (lambda _line: None)
+
+    def __call__(self, reference: str) -> Path:
+        """Return the FMU of a reference: FILE.fmu, NAME or FILE.py:Class, the latter two with :modes=6 or the like.
+
+        Raises `FmuError` for a file that is not there, `fmus.errors.BuildError` for what cannot be built.
+        """
+        if reference.endswith(".fmu"):
+            path = Path(reference)
+            if not path.is_file():
+                raise FmuError(path, "there is no such file")
+            return path
+        try:
+            return self._build(reference)
+        except NoCompiler as error:
+            self.backend = "python"
+            self._note(f"{error} Until then: python back end.")
+            return self._build(reference)
+
+    def _build(self, reference: str) -> Path:
+        return build_reference(reference, self.backend, announce=self._note)
+
+
+def locate(reference: str) -> Path:
+    """Return the FMU of a reference, native where there is a compiler."""
+    return Library()(reference)

@@ -1,0 +1,111 @@
+"""Systems by name: a paper's experiment, or a function of a user's own file."""
+
+import importlib.util
+import inspect
+import sys
+import traceback
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
+
+from cosim.errors import SimulationError, UnknownName
+from cosim.studies import papers
+from cosim.system.system import Experiment, System
+
+Scenario = tuple[System, Experiment]
+
+
+class ScenarioError(SimulationError):
+    """A file that gives no system; the text says why and what is expected."""
+
+
+class NoScenario(ScenarioError):
+    """A file without any function that could give a system."""
+
+
+def load(reference: str) -> Scenario:
+    """Return the system and experiment of NAME or FILE.py[:function].
+
+    The function takes no arguments and returns (System, Experiment); it need not be named if it is the only such
+    function or is called `system`. FMU references of the file (FILE.py:Class, FILE.fmu) are relative to the file's
+    folder.
+    """
+    name, _, function = reference.partition(".py:") if ".py:" in reference else (reference, "", "")
+    if reference.endswith(".fmu"):
+        raise ScenarioError(f"{reference} is one FMU, no system. Put it into one with --use INSTANCE={reference}.")
+    if not function and not reference.endswith(".py"):
+        return papers.scenario(reference)
+    path = Path(f"{name}.py" if function else name)
+    if not path.is_file():
+        raise ScenarioError(f"there is no file {path}.")
+    found = _functions(_module(path))
+    if not function:
+        function = "system" if "system" in found else next(iter(found)) if len(found) == 1 else ""
+        if not found:
+            raise NoScenario(f"{path} has no function without arguments that returns (System, Experiment).")
+        if not function:
+            there = ", ".join(found)
+            raise ScenarioError(
+                f"{path}: say which function, as {path}:FUNCTION. Functions without arguments in it: {there}."
+            )
+    if function not in found:
+        raise UnknownName("function", function, str(path), list(found))
+    try:
+        made = found[function]()
+    except Exception as error:
+        raise ScenarioError(f"{path}:{function} fails: {_told(error, path)}") from error
+    if not (
+        isinstance(made, tuple) and len(made) == 2 and isinstance(made[0], System) and isinstance(made[1], Experiment)
+    ):
+        raise ScenarioError(f"{path}:{function} returns {type(made).__name__}, needed is (System, Experiment).")
+    system, experiment = made
+    components = {instance: _beside(path.parent, r) for instance, r in system.components.items()}
+    return replace(system, components=components), experiment
+
+
+def _module(path: Path) -> ModuleType:
+    """Import a user's file; modules beside it can be imported from it."""
+    spec = importlib.util.spec_from_file_location(f"scenario_{path.stem}", path)
+    if spec is None or spec.loader is None:
+        raise ScenarioError(f"{path} is no Python file.")
+    module = importlib.util.module_from_spec(spec)
+    sys.path.insert(0, str(path.resolve().parent))
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise ScenarioError(f"{path} cannot be run: {_told(error, path)}") from error
+    finally:
+        sys.path.pop(0)
+    return module
+
+
+def _told(error: Exception, file: Path) -> str:
+    """Return an exception as "Type: text (file.py, line 3)", the last line in the file's folder that it passed."""
+    folder, place = file.resolve().parent, ""
+    for frame in traceback.extract_tb(error.__traceback__):
+        path = Path(frame.filename).resolve()
+        if path.is_relative_to(folder):
+            place = f" ({path.relative_to(folder).as_posix()}, line {frame.lineno})"
+    return f"{type(error).__name__}: {error}{place if not isinstance(error, SyntaxError) else ''}"
+
+
+def _functions(module: ModuleType) -> dict[str, Callable[[], object]]:
+    """Return the functions that the file itself defines and that need no argument."""
+    found: dict[str, Callable[[], object]] = {}
+    for name, function in inspect.getmembers(module, inspect.isfunction):
+        needed = [p for p in inspect.signature(function).parameters.values() if p.default is p.empty]
+        if function.__module__ == module.__name__ and not needed and not name.startswith("_"):
+            found[name] = function
+    return found
+
+
+def _beside(folder: Path, reference: str) -> str:
+    """Return a reference to a file relative to the scenario's folder as one that works from here."""
+    head, separator, rest = reference.partition(".py:")
+    file = Path(f"{head}.py" if separator or reference.endswith(".py") else head)
+    if reference.endswith((".fmu", ".py")) or separator:
+        there = folder / (reference if not separator else file)
+        if not file.is_absolute() and there.is_file():
+            return f"{there}:{rest}" if separator else str(there)
+    return reference

@@ -1,0 +1,99 @@
+"""What a run leaves: rows by name, units, and the story of the run."""
+
+import json
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from cosim.results import formats
+from cosim.errors import ResultUnreadable, UnknownName
+from fmus.description.names import Group, canonical, group
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+INFO = "run.json"
+FILES = (*(f"result.{kind}" for kind in formats.FORMATS), formats.STREAM, INFO)
+"""What a result folder can hold."""
+
+
+class Result:
+    """Rows of a run: `result["plant.q_BN"]` has shape (n, 4), a scalar (n,), a matrix (n, rows, columns).
+
+    `info` is the content of run.json, `folder` where the files are (None: nowhere), `units` of the columns.
+    """
+
+    def __init__(self, table: pa.Table, info: Mapping[str, Any], folder: Path | None = None) -> None:
+        self.table = table
+        self.info = dict(info)
+        self.folder = folder
+
+    @classmethod
+    def read(cls, folder: Path | str) -> "Result":
+        """Read parquet, csv, mat, or the stream of a run that was killed; raises `ResultUnreadable`."""
+        folder = Path(folder)
+        info: dict[str, Any] = {}
+        if (folder / INFO).is_file():
+            try:
+                info = json.loads((folder / INFO).read_text(encoding="utf-8"))
+            except ValueError as error:
+                raise ResultUnreadable(folder / INFO, f"it is no JSON: {error}") from error
+        table = formats.read(folder)
+        recorded = {"time": "s"} | info.get("units", {})
+        known = formats.units(table)
+        fields = [f.with_metadata(_metadata(known[f.name] or recorded.get(f.name))) for f in table.schema]
+        return cls(table.cast(pa.schema(fields)), info, folder)
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return self.table.num_rows
+
+    @cached_property
+    def time(self) -> NDArray[np.float64]:
+        """Time in s, shape (n,)."""
+        return self.table["time"].to_numpy()
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        """Return an array or an element by name; raises `UnknownName` with the nearest names."""
+        name = canonical(name)
+        found = self._groups.get(name)
+        if found is None and name in self.table.column_names:
+            found = Group((), (name,))
+        if found is None:
+            raise UnknownName("variable", name, "the result", self.names)
+        columns = [self.table[e].to_numpy() for e in found.elements]
+        if found.shape == ():
+            return columns[0]
+        return np.stack(columns, axis=1).reshape(len(self), *found.shape)
+
+    def __contains__(self, name: str) -> bool:
+        """Whether an array or element is recorded."""
+        return canonical(name) in self._groups or canonical(name) in self.table.column_names
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the recorded arrays and scalars."""
+        return list(self._groups)
+
+    @cached_property
+    def units(self) -> dict[str, str | None]:
+        """Units by array and by element name, `time` included."""
+        units = formats.units(self.table)
+        return units | {base: units[g.elements[0]] for base, g in self._groups.items()}
+
+    @cached_property
+    def _groups(self) -> Mapping[str, Group]:
+        return group(self.table.column_names[1:])
+
+    def to_pandas(self) -> "pd.DataFrame":
+        """Return a data frame with the columns of the file, `time` first."""
+        return self.table.to_pandas()
+
+
+def _metadata(unit: str | None) -> dict[str, str]:
+    return {} if unit is None else {"unit": unit}

@@ -1,0 +1,132 @@
+"""What run.json says of a run: enough to repeat it, and how it ended."""
+
+import dataclasses
+import platform
+import sys
+from collections.abc import Mapping, Sequence
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from fmus.description.description import ModelDescription, Scalar
+from cosim.system.wiring import Port, Wiring
+from cosim.masters.plan import Plan
+from fmus.description.names import split_element, split_port
+from cosim.system.swap import SwapReport
+from cosim.system.system import Experiment, System
+from cosim.time import Schedule, to_seconds
+
+PACKAGES = ("adcs-cosim", "fmpy", "pythonfmu", "casadi", "numpy", "scipy", "pyarrow")
+
+
+def setup(
+    system: System,
+    experiment: Experiment,
+    wiring: Wiring,
+    plan: Plan,
+    paths: Mapping[str, Path],
+    swaps: Sequence[SwapReport],
+) -> dict[str, Any]:
+    """Return what is known before the first step."""
+    return {
+        "system": system.name,
+        "versions": {"python": platform.python_version(), **{p: _version(p) for p in PACKAGES}},
+        "platform": {"system": sys.platform, "machine": platform.machine()},
+        "components": {
+            name: _component(system.components[name], description, paths.get(name), wiring.period(name))
+            for name, description in wiring.descriptions.items()
+        },
+        "stepping_order": [c.name for c in plan.components],
+        "master": {"name": type(experiment.master).__name__, **_fields(experiment.master)},
+        "start_time": to_seconds(plan.schedule.start),
+        "stop_time": to_seconds(plan.schedule.stop),
+        "communication_step_size": to_seconds(plan.schedule.step),
+        "last_step": to_seconds(plan.schedule.stop - plan.schedule.point(plan.schedule.steps - 1)),
+        "every": plan.schedule.every,
+        "stop_when": experiment.stop_when,
+        "connections": _connections(experiment.master, wiring),
+        "parameters": _values(wiring, wiring.settings),
+        "held": _values(wiring, wiring.held),
+        "swaps": [dataclasses.asdict(report) for report in swaps],
+        "units": dict(zip(plan.columns.names, plan.columns.units, strict=True)),
+    }
+
+
+def ending(
+    schedule: Schedule, reached: float | None, failure: Exception | None, event: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
+    """Return how the run ended: finished, at its stop time or by an event, interrupted or failed, where and why."""
+    if failure is not None:
+        return broken(failure) | {"reached_time": reached}
+    if reached == to_seconds(schedule.stop):
+        return {"status": "finished", "reached_time": reached}
+    if event is None:
+        return {"status": "interrupted", "reached_time": reached}
+    return {"status": "finished", "reached_time": reached, "event": dict(event)}
+
+
+def event(wiring: Wiring, flag: str, reached: float | None) -> dict[str, Any] | None:
+    """Return the event that a flag stands for, if the run was to end by one: time in s, variable, meaning."""
+    if not flag:
+        return None
+    component, variable = split_port(flag)
+    meaning = wiring.descriptions[component].variables[variable].description
+    return {"time": reached, "variable": f"{component}.{variable}", "meaning": meaning}
+
+
+def broken(failure: BaseException) -> dict[str, Any]:
+    """Return what an exception tells of the end of a run."""
+    if isinstance(failure, KeyboardInterrupt):
+        return {"status": "interrupted"}
+    fields = _fields(failure) if dataclasses.is_dataclass(failure) else {}
+    told = {k: v for k, v in fields.items() if v is not None}
+    return {"status": "failed", "error": type(failure).__name__, "why": str(failure), "failure": told}
+
+
+def _component(reference: str, description: ModelDescription, path: Path | None, steps: int) -> dict[str, Any]:
+    return {
+        "reference": reference,
+        "path": str(path) if path is not None else None,
+        "model_name": description.model_name,
+        "guid": description.guid,
+        "generation_tool": description.generation_tool,
+        "steps": steps,
+    }
+
+
+def _connections(master: Any, wiring: Wiring) -> dict[str, Any]:
+    """Return target -> source and timing as flown, arrays whole."""
+    timed: Wiring = master.timed(wiring) if hasattr(master, "timed") else wiring
+    found: dict[str, Any] = {}
+    for link in timed.links:
+        source, target = (f"{p.component}.{split_element(p.variable)[0]}" for p in (link.source, link.target))
+        whole = {"source": source, "timing": "step mean" if link.step_mean else link.timing}
+        if found.setdefault(target, whole) != whole:  # elements of an array from several sources
+            found[str(link.target)] = whole | {"source": str(link.source)}
+    return found
+
+
+def _values(wiring: Wiring, values: Mapping[Port, Scalar]) -> dict[str, Any]:
+    return {
+        str(port): {"value": value, "unit": wiring.descriptions[port.component].variables[port.variable].unit}
+        for port, value in values.items()
+    }
+
+
+def _fields(thing: Any) -> dict[str, Any]:
+    return {f.name: _plain(getattr(thing, f.name)) for f in dataclasses.fields(thing)}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, tuple | list):
+        return [_plain(v) for v in value]
+    if (isinstance(value, float) and value != value) or value in (float("inf"), float("-inf")):
+        return str(value)
+    return value if isinstance(value, str | int | float | bool | None) else str(value)
+
+
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None

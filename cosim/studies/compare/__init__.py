@@ -1,0 +1,119 @@
+"""Every torque-commanding attitude controller on every attitude plant: one slew, one disturbance, one table.
+
+    vehicles.py   the plants of the papers, each with a cluster that takes a torque command
+    laws.py       the controllers of the papers, and each made to fit a vehicle
+    mission.py    the slew, the disturbance, the start, the thresholds: the same for all
+    flight.py     one cell of the table: its system, and the figures of its run
+
+Gains are not retuned.
+"""
+
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from cosim.errors import ResultExists, UnknownName
+from cosim.flights import Locate, Progress, make_folder
+from cosim.studies.compare import mission
+from cosim.studies.compare.flight import COLUMNS, INTERRUPTED, Cell, fly
+from cosim.studies.compare.laws import controllers, fitted
+from cosim.studies.compare.vehicles import plants
+from cosim.system.system import Value
+
+HEAD = ("plant", "controller", *COLUMNS, "remark")
+Sets = Mapping[str, Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
+class Table:
+    """All flights, what was flown, the parameter sets used, and the files written; `planned`: how many were to fly."""
+
+    cells: tuple[Cell, ...]
+    clusters: Mapping[str, str]
+    parameters: Sets
+    files: tuple[Path, ...]
+    planned: int
+    complete: bool
+
+
+def compare(
+    chosen_plants: Sequence[str],
+    chosen_controllers: Sequence[str],
+    folder: Path,
+    locate: Locate,
+    progress: Progress | None = None,
+    announce: Callable[[str], None] = lambda _line: None,
+    *,
+    overwrite: bool = False,
+) -> Table:
+    """Fly every chosen controller on every chosen plant (none named: all); write `compare.md` and `compare.json`.
+
+    Ctrl-C ends it: the table then has the flights that were finished. Raises `UnknownName` for a plant or a controller
+    that there is not, `ResultExists` or `ResultUnwritable` for the folder, before anything is flown.
+    """
+    files = table, data = folder / "compare.md", folder / "compare.json"
+    if not overwrite and any(file.exists() for file in files):
+        raise ResultExists(folder)
+    make_folder(folder)
+    rows = _chosen("plant", plants(locate), chosen_plants)
+    columns = _chosen("controller", controllers(locate), chosen_controllers)
+    used: dict[str, Mapping[str, Any]] = {p.name: _texts(p.vehicle | p.parameters) for p in rows}
+    cells: list[Cell] = []
+    pairs = [(plant, controller) for plant in rows for controller in columns]
+    complete = True
+    for plant, controller in pairs:
+        announce(f"{controller.name} on {plant.name}")
+        try:
+            law = fitted(controller, plant, locate)
+            done = fly(plant, law, locate, progress)
+        except KeyboardInterrupt:  # while a flight is set up or measured
+            complete = False
+            break
+        if done.remark == INTERRUPTED:
+            complete = False
+            break
+        used.setdefault(controller.name, _texts(controller.parameters))
+        used[f"{controller.name} on {plant.name}"] = _texts(
+            {key: value for key, value in law.parameters.items() if controller.parameters.get(key) != value}
+        )
+        cells.append(done)
+    clusters = {plant.name: plant.cluster for plant in rows}
+    table.write_text(markdown(cells, clusters), encoding="utf-8")
+    content = {
+        "mission": list(mission.WORDS),
+        "clusters": clusters,
+        "cells": [asdict(c) for c in cells],
+        "parameters": used,
+        "slew": _texts(mission.TURN),
+        "disturbance": _texts(mission.DISTURBANCE),
+    }
+    data.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+    return Table(tuple(cells), clusters, used, files, len(pairs), complete)
+
+
+def markdown(cells: Iterable[Cell], clusters: Mapping[str, str]) -> str:
+    """Return the mission, the clusters and the table of figures in Markdown."""
+    words = [*mission.WORDS, *(f"{name}: {words}" for name, words in clusters.items())]
+    lines = [HEAD, ("---",) * len(HEAD), *map(row, cells)]
+    table = "".join(f"| {' | '.join(cell.replace('|', '/') for cell in line)} |\n" for line in lines)
+    return "".join(f"- {line}\n" for line in words) + "\n" + table
+
+
+def row(cell: Cell) -> tuple[str, ...]:
+    """Return a cell of the table as a row of texts under HEAD."""
+    figures = [f"{cell.figures[c]:.4g}" if c in cell.figures else "" for c in COLUMNS]
+    return (cell.plant, cell.controller, *figures, cell.remark)
+
+
+def _chosen(kind: str, found: Mapping[str, Any], names: Sequence[str]) -> list[Any]:
+    for name in names:
+        if name not in found:
+            raise UnknownName(kind, name, "the papers", list(found))
+    return [found[name] for name in names or found]
+
+
+def _texts(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values ready for JSON, those with a unit as text."""
+    return {k: f"{v.value} {v.unit or ''}".strip() if isinstance(v, Value) else v for k, v in values.items()}

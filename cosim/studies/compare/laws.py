@@ -1,0 +1,97 @@
+"""The torque-commanding attitude controllers of the papers, and each made to fit a vehicle.
+
+A controller keeps its numbers. What it knows of the vehicle is the vehicle's: J, delta, Omega, zeta, torque_limit; one
+that knows modes is built for as many as the vehicle has; and what its paper's rule derives from the vehicle is derived
+anew for it (`RULES`), except for the paper's own vehicle.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from cosim.flights import Locate
+from cosim.studies import papers
+from cosim.studies.compare.vehicles import Plant
+from cosim.studies.papers import geng2012
+from cosim.system.system import Connection
+from fmus.description.description import ModelDescription
+from fmus.description.names import split_port
+from fmus.description.read import read_description
+
+CONTROLLER_INPUTS = {"q_BN", "omega_BN_B", "q_RN"}
+RULES: Mapping[str, Callable[[Mapping[str, Any]], Mapping[str, Any]]] = {"geng2012": geng2012.designed}
+
+
+@dataclass(frozen=True)
+class Controller:
+    """A controller of an experiment: its FMUs by instance, the connections among them, and their own parameters."""
+
+    name: str
+    paper: str
+    components: Mapping[str, str]
+    connections: Sequence[Connection]
+    parameters: Mapping[str, Any]
+
+
+def controllers(locate: Locate) -> dict[str, Controller]:
+    """Return the torque-commanding attitude controllers, by the first experiment that has each with its parameters."""
+    found: dict[str, Controller] = {}
+    for paper, module in papers.PAPERS.items():
+        for name, make in module.systems().items():
+            system, _ = make()
+            reference = system.components.get("controller", "")
+            fmu = read_description(locate(reference)) if reference else None
+            if fmu is None or "tau_command_B" not in fmu.base_names("output"):
+                continue
+            if not set(fmu.base_names("input")) >= CONTROLLER_INPUTS:
+                continue
+            mine = [n for n in ("controller", "observer") if n in system.components]
+            new = Controller(
+                name,
+                paper,
+                {n: system.components[n] for n in mine},
+                [c for c in system.connections if {split_port(c.source)[0], split_port(c.target)[0]} <= set(mine)],
+                {k: v for k, v in system.parameters.items() if split_port(k)[0] in mine},
+            )
+            if not any(replace(other, name=name) == new for other in found.values()):
+                found[name] = new
+    return found
+
+
+def fitted(controller: Controller, plant: Plant, locate: Locate) -> Controller:
+    """Return a controller for a vehicle: built for its modes, told its parameters, what follows from them derived."""
+    own = {name: _sized(reference, plant.modes, locate) for name, reference in controller.components.items()}
+    fmus = {name: read_description(locate(reference)) for name, reference in own.items()}
+    links = [c for c in controller.connections if _there(c, fmus)]
+    used = {"controller", *(split_port(end)[0] for c in links for end in (c.source, c.target))}
+    known = {
+        f"{name}.{key}": value
+        for name in used
+        for key, value in plant.vehicle.items()
+        if name in fmus and key in fmus[name].groups
+    }
+    rule = RULES.get(controller.paper)
+    derived = rule(plant.vehicle) if rule is not None and plant.name != controller.paper else {}
+    numbers = {
+        key: value
+        for key, value in {**controller.parameters, **derived, **known}.items()
+        if split_port(key)[0] in used and split_port(key)[1] in fmus[split_port(key)[0]].groups
+    }
+    return replace(
+        controller, components={n: r for n, r in own.items() if n in used}, connections=links, parameters=numbers
+    )
+
+
+def _sized(reference: str, modes: int, locate: Locate) -> str:
+    """Return the reference of an FMU, with the vehicle's number of modes if it knows modes."""
+    groups = read_description(locate(reference)).groups
+    if "Omega" not in groups or len(groups["Omega"].elements) == modes:
+        return reference
+    head, *structure = reference.split(":")
+    return ":".join([head, *(part for part in structure if not part.startswith("modes=")), f"modes={modes}"])
+
+
+def _there(connection: Connection, fmus: Mapping[str, ModelDescription]) -> bool:
+    """Whether both ends of a connection exist: without modes there is no modal coordinate."""
+    ends = map(split_port, (connection.source, connection.target))
+    return all(variable in fmus[instance].groups for instance, variable in ends)

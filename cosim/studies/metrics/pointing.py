@@ -1,0 +1,97 @@
+"""How well an attitude follows its reference.
+
+    error      rotation vector of q_RN* (x) q_BN, short way, body axes, deg; from `plant.q_BN` and `guidance.q_RN`
+    settling   the last time at which any component of the error exceeds the threshold
+    APE        absolute performance error: |error|, over the window from settling (the last half, if it never
+               settles) to the end; largest, and not exceeded for 95 % and 99.7 % of that time
+    RPE        relative performance error: |error - its mean over an interval|, for successive intervals of the window
+
+APE and RPE are ECSS-E-ST-60-10C's. |error| is a norm, the threshold one of components, so that APE max may be up to
+sqrt(3) times the threshold.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from cosim.results.result import Result
+from cosim.studies.metrics.rows import Array, first, rotations, series, spans
+
+ATTITUDES = ("plant.q_BN", "plant.q_SN")  # of the body, and of a drag-free satellite
+THRESHOLD = 0.1  # deg
+INTERVAL = 10.0  # s, of RPE
+
+
+def attitude_error(run: Result) -> Array | None:
+    """Return the rotation vector from reference to body, short way, body axes, deg, shape (n, 3)."""
+    body, reference = first(run, *ATTITUDES), series(run, "guidance.q_RN")
+    if body is None or reference is None or not len(body):
+        return None
+    return np.degrees((rotations(reference).inv() * rotations(body)).as_rotvec())
+
+
+def settling_time(time: Array, error: Array, threshold: float) -> float | None:
+    """Return the last time at which any column exceeds the threshold: None if at the end, the first time if never.
+
+    Between two rows |error| is read as a straight line.
+    """
+    size = np.max(np.abs(np.atleast_2d(error.T)), axis=0)
+    outside = np.flatnonzero(size > threshold)
+    if not len(outside):
+        return float(time[0])
+    i = int(outside[-1])
+    if i + 1 == len(time):
+        return None
+    part = (size[i] - threshold) / (size[i] - size[i + 1])
+    return float(time[i] + part * (time[i + 1] - time[i]))
+
+
+def pointing(time: Array, error: Array, threshold: float, interval: float) -> dict[str, Any]:
+    """Return the metrics of an error in deg by key, with their unit."""
+    settled = settling_time(time, error, threshold)
+    begin = settled if settled is not None else (time[0] + time[-1]) / 2
+    window = time >= begin
+    if np.count_nonzero(window) < 2:
+        window[-2:] = True
+    t, e = time[window], error[window]
+    ape, (rpe, weights) = np.linalg.norm(e, axis=1), _relative(t, e, interval)
+    return {
+        "settling threshold (deg)": threshold,
+        "settling time (s)": settled,
+        "window of APE and RPE (s)": [float(t[0]), float(t[-1])],
+        "APE max (deg)": float(ape.max()),
+        "APE 95 % (deg)": _quantile(ape, spans(t), 0.95),
+        "APE 99.7 % (deg)": _quantile(ape, spans(t), 0.997),
+        "APE max per axis (deg)": np.max(np.abs(e), axis=0).tolist(),
+        "interval of RPE (s)": min(interval, float(t[-1] - t[0])),
+        "RPE max (deg)": float(rpe.max()),
+        "RPE 95 % (deg)": _quantile(rpe, weights, 0.95),
+        "RPE 99.7 % (deg)": _quantile(rpe, weights, 0.997),
+    }
+
+
+def _relative(t: Array, e: Array, interval: float) -> tuple[Array, Array]:
+    """Return |e - mean| for successive whole intervals (one, if the window is shorter), and the weights of the rows."""
+    count = max(1, int((t[-1] - t[0]) / interval + 1e-9))
+    length = min(interval, t[-1] - t[0])
+    sizes: list[Array] = []
+    weights: list[Array] = []
+    for k in range(count):
+        # Half a nanosecond of slack: rows carry times of whole nanoseconds.
+        inside = (t >= t[0] + k * length - 5e-10) & (t <= t[0] + (k + 1) * length + 5e-10)
+        if np.count_nonzero(inside) < 2:
+            continue
+        w = spans(t[inside])
+        mean = w @ e[inside] / w.sum()
+        sizes.append(np.linalg.norm(e[inside] - mean, axis=1))
+        weights.append(w)
+    if not sizes:  # rows farther apart than the interval
+        return np.linalg.norm(e - e.mean(axis=0), axis=1), spans(t)
+    return np.concatenate(sizes), np.concatenate(weights)
+
+
+def _quantile(values: Array, weights: Array, part: float) -> float:
+    """Return the value that is not exceeded for `part` of the time."""
+    order = np.argsort(values)
+    reached = np.cumsum(weights[order])
+    return float(values[order][min(int(np.searchsorted(reached, part * reached[-1])), len(values) - 1)])

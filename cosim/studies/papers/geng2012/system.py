@@ -1,0 +1,230 @@
+"""The numbers and the experiments of geng2012.
+
+Y. Geng, W. Wu, G. Ma, Neural network compensation of flexible satellite rapid maneuver, J. Harbin Inst. Tech. 44(5),
+2012, 31-35, section 4: 60 deg about pitch, two parallel control moment gyros and wheels, inertia 20 % off.
+
+Configuration N: the wheels always give what the gyros do not, the network learns with gamma = 1, without network the
+gain is 0.15 N m. Chosen where the paper is silent: the linear gain G (linear-quadratic), centres and widths of the
+network, the boundary layer, the hand-over from gyros to wheels, the wheels' inertia (it changes their speed only).
+Changed where the print cannot be meant: K = G in place of -(D B)^-1 D A, see `printed_gain`; D has one zero less.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from cosim.masters.explicit import Explicit
+from cosim.studies.papers.geng2012.gains import CENTRES, GAIN, SURFACE
+from cosim.system.system import Connection, Experiment, System, Value
+
+COMPENSATED, UNCOMPENSATED, LINEAR = "geng2012-compensated", "geng2012-uncompensated", "geng2012-linear"
+PRINTED_GAIN, PRINTED_GAMMA = "geng2012-printed-gain", "geng2012-printed-gamma"
+Z_WHEEL_ONLY, END_PHASE_WHEELS = "geng2012-z-wheel-only", "geng2012-end-phase-wheels"
+WEAK, STRONG = "geng2012-uncompensated-weak", "geng2012-uncompensated-strong"
+
+J = np.array([[70.0, 3.0, 4.0], [3.0, 60.0, 5.0], [4.0, 5.0, 90.0]])  # kg m2, nominal
+MISMATCH = 1.2  # true J over nominal J
+F = [  # kg^1/2 m; a row an axis, a column a mode
+    [6.45637, -1.25619, 1.11687, 1.23637],
+    [1.27814, 0.91756, 2.48901, -2.65810],
+    [2.15629, -1.67264, -0.83674, -1.12503],
+]
+OMEGA = [0.7681, 1.1038, 1.8733, 2.5496]  # rad/s
+ZETA = [0.005607, 0.008620, 0.01283, 0.02516]
+DISTURBANCE, ORBIT_RATE = 1.5e-5, -0.0011  # A0 in N m, w0 in rad/s
+ANGLE = 60.0  # deg, about y
+
+# Cluster
+ROTOR_MOMENTUM = 15.0  # N m s
+GIMBAL_ANGLES = [np.pi / 4, 5 * np.pi / 4]
+PLANE_TORQUE, WHEEL_TORQUE = 3.5, 0.25  # N m
+RATE_LIMIT = PLANE_TORQUE / ROTOR_MOMENTUM  # rad/s
+DEAD_ZONE = 0.02  # deg/s
+WHEEL_INERTIA = 0.02  # kg m2
+
+# Law
+RHO_0, WEAK_RHO_0, STRONG_RHO_0 = 0.15, 0.02, 0.5  # N m
+GAMMA, GAMMA_PRINTED = 1.0, 0.01  # 1/s
+EPSILON, WIDTH = 1e-3, 1.0
+
+STOP_TIME = 100.0  # s
+
+
+def compensated() -> tuple[System, Experiment]:
+    """Integral sliding mode with the network's gain, configuration N, figures 6-9."""
+    return _flight(COMPENSATED, network=1.0)
+
+
+def uncompensated() -> tuple[System, Experiment]:
+    """The same with a constant gain of 0.15 N m instead, figures 4-5."""
+    return _flight(UNCOMPENSATED)
+
+
+def linear() -> tuple[System, Experiment]:
+    """The linear law alone, without switching term: what the network and the constant gain add to."""
+    return _flight(LINEAR, rho_0=0.0)
+
+
+def printed_gain() -> tuple[System, Experiment]:
+    """The gain of x as printed, -(D B)^-1 D A: it has no attitude feedback, the satellite stays where it is."""
+    return _flight(PRINTED_GAIN, rho_0=0.0, printed_gain=1.0)
+
+
+def z_wheel_only() -> tuple[System, Experiment]:
+    """The cluster as printed, a wheel about z only: the linear law, no hand-over from the gyros."""
+    return _flight(Z_WHEEL_ONLY, {"trim_wheels": 0.0, "hand_over": 0.0}, rho_0=0.0)
+
+
+def end_phase_wheels() -> tuple[System, Experiment]:
+    """The cluster in the paper's words, x and y wheels in the end phase only: the linear law, hand-over as in N."""
+    return _flight(END_PHASE_WHEELS, {"trim_wheels": 2.0}, rho_0=0.0)
+
+
+def printed_gamma() -> tuple[System, Experiment]:
+    """With the network, its weights learning as slowly as printed, gamma = 0.01: what the claims depend on."""
+    return _flight(PRINTED_GAMMA, network=1.0, gamma=GAMMA_PRINTED)
+
+
+def weak() -> tuple[System, Experiment]:
+    """Constant gain of 0.02 N m: the paper does not print its value, and the claims depend on it."""
+    return _flight(WEAK, rho_0=WEAK_RHO_0)
+
+
+def strong() -> tuple[System, Experiment]:
+    """Constant gain of 0.5 N m."""
+    return _flight(STRONG, rho_0=STRONG_RHO_0)
+
+
+def systems() -> dict[str, Callable[[], tuple[System, Experiment]]]:
+    """Return the experiments by name."""
+    return {
+        COMPENSATED: compensated,
+        UNCOMPENSATED: uncompensated,
+        LINEAR: linear,
+        PRINTED_GAIN: printed_gain,
+        Z_WHEEL_ONLY: z_wheel_only,
+        END_PHASE_WHEELS: end_phase_wheels,
+        PRINTED_GAMMA: printed_gamma,
+        WEAK: weak,
+        STRONG: strong,
+    }
+
+
+def _flight(
+    name: str,
+    steering: Mapping[str, float] | None = None,
+    *,
+    network: float = 0.0,
+    rho_0: float = RHO_0,
+    gamma: float = GAMMA,
+    printed_gain: float = 0.0,
+) -> tuple[System, Experiment]:
+    law = {"network": network, "constant_gain": Value(rho_0, "N.m"), "gamma_W": gamma, "printed_gain": printed_gain}
+    cluster = {"trim_wheels": 1.0, "hand_over": 1.0, **(steering or {})}
+    system = System(
+        name=name,
+        components={
+            "guidance": "AttitudeStep",
+            "environment": "HarmonicTorque",
+            "controller": "IntegralSlidingMode",
+            "observer": "ModalObserver",
+            "steering": "CmgSteering",
+            "actuators": "CmgCluster:gimbals=2",
+            "plant": "FlexibleSpacecraft:modes=4",
+        },
+        connections=_connections(),
+        vehicle={
+            "J": Value(J, "kg.m2"),
+            "delta": Value(np.transpose(F), "kg(1/2).m"),
+            "Omega": Value(OMEGA, "rad/s"),
+            "zeta": ZETA,
+            "rotor_momentum": Value([ROTOR_MOMENTUM] * 2, "N.m.s"),
+            "spin_axes_B": np.eye(3),
+        },
+        parameters={
+            "plant.J": Value(MISMATCH * J, "kg.m2"),  # the controller does not know
+            "plant.q_BN": [1.0, 0.0, 0.0, 0.0],
+            "plant.omega_BN_B": Value([0.0, 0.0, 0.0], "rad/s"),
+            "guidance.axis": [0.0, 1.0, 0.0],
+            "guidance.angle": Value(ANGLE, "deg"),
+            "guidance.step_time": 0.0,
+            **_disturbance(),
+            **_cluster(),
+            **_law(),
+            **{f"controller.{n}": value for n, value in law.items()},
+            **{f"steering.{n}": value for n, value in cluster.items()},
+        },
+    )
+    # Centred: what observer and controller integrate is then of second order in the step.
+    master = Explicit(centred=True)
+    return system, Experiment(stop_time=STOP_TIME, communication_step_size=1e-3, every=10, master=master)
+
+
+def _connections() -> list[Connection]:
+    return [
+        Connection("steering.gimbal_rate_command", "actuators.gimbal_rate_command", "at_point"),
+        Connection("steering.wheel_acceleration_command", "actuators.wheel_acceleration_command", "at_point"),
+        Connection("actuators.tau_B", "plant.tau_B", "after_step"),
+        Connection("actuators.h_B", "plant.h_B", "ramp"),
+        # A known function of time: its mean over the step is at hand without an iteration, and second order.
+        Connection("environment.tau_dist_B", "plant.tau_dist_B", "midpoint"),
+        # A ramp: what the observer shows at the end of its step is then that of the end, for the controller's mean.
+        Connection("plant.omega_BN_B", "observer.omega_BN_B", "ramp"),
+        Connection("actuators.tau_B", "observer.tau_B", "after_step"),
+        Connection("actuators.h_B", "observer.h_B", "ramp"),
+        Connection("plant.q_BN", "controller.q_BN", "after_step"),
+        Connection("plant.omega_BN_B", "controller.omega_BN_B", "after_step"),
+        Connection("guidance.q_RN", "controller.q_RN", "after_step"),
+        Connection("guidance.omega_RN_R", "controller.omega_RN_R", "after_step"),
+        Connection("guidance.omega_dot_RN_R", "controller.omega_dot_RN_R", "after_step"),
+        Connection("observer.eta", "controller.eta", "after_step"),
+        Connection("observer.eta_dot", "controller.eta_dot", "after_step"),
+        Connection("controller.tau_command_B", "steering.tau_command_B", "after_step"),
+        Connection("controller.attitude_error", "steering.attitude_error", "after_step"),
+        Connection("plant.omega_BN_B", "steering.omega_BN_B", "after_step"),
+        Connection("actuators.gimbal_angle", "steering.gimbal_angle", "after_step"),
+    ]
+
+
+def _disturbance() -> dict[str, Any]:
+    A0 = DISTURBANCE
+    return {
+        "environment.bias": Value([A0, 0.0, A0], "N.m"),
+        "environment.sine": Value([0.0, 1.5 * A0, 3 * A0], "N.m"),
+        "environment.cosine": Value([3 * A0, 3 * A0, 0.0], "N.m"),
+        "environment.frequency": Value(ORBIT_RATE, "rad/s"),
+    }
+
+
+def _cluster() -> dict[str, Any]:
+    return {
+        "actuators.gimbal_axes_B": [[0, 0], [0, 0], [1, 1]],
+        "actuators.rotor_axes_B": [[1, 1], [0, 0], [0, 0]],
+        "actuators.gimbal_angle": Value(GIMBAL_ANGLES, "rad"),
+        "actuators.wheel_speed": Value([0.0, 0.0, 0.0], "rad/s"),
+        "*.wheel_inertia": Value([WHEEL_INERTIA] * 3, "kg.m2"),
+        "*.gimbal_rate_limit": Value([RATE_LIMIT] * 2, "rad/s"),
+        "*.gimbal_dead_zone": Value(DEAD_ZONE, "deg/s"),
+        "*.wheel_torque_limit": Value([WHEEL_TORQUE] * 3, "N.m"),
+        "steering.plane_torque_limit": Value(PLANE_TORQUE, "N.m"),
+        "steering.near": Value(0.3, "deg"),
+        "steering.far": Value(1.0, "deg"),
+        "steering.hand_over_time": 4.0,
+        "steering.lambda_0": 0.01,
+        "steering.alpha": 10.0,
+        "steering.k_0": 0.1,
+        "steering.k_frequency": 1.0,
+    }
+
+
+def _law() -> dict[str, Any]:
+    states = ("e", "eta", "omega", "eta_dot")
+    centres = {f"controller.{n}_centres": CENTRES[k : k + 3] for n, k in (("angle", 0), ("omega", 3), ("torque", 6))}
+    return {
+        **{f"controller.G_{n}": GAIN[n] for n in states},
+        **{f"controller.D_{n}": SURFACE[n] for n in states},
+        **centres,
+        **{f"controller.{n}_width": WIDTH for n in ("angle", "omega", "torque")},
+        "controller.epsilon": EPSILON,
+    }

@@ -1,0 +1,206 @@
+"""The numbers and the six experiments of ye2016.
+
+D. Ye, Z. Sun, Y. Liu, An adaptive control algorithm for hybrid actuator with installation deviation, J. Harbin Inst.
+Tech. 48(11), 2016, 10.11918/j.issn.0367-6234.2016.11.002, section 4. Four gyros in a pyramid, three wheels on the body
+axes, all of them installed a little off; the plant has the true axes, the controller the nominal ones.
+
+The paper prints the reference, the initial attitude, Q, alpha, beta, delta and the eigenvalues of A_1. Chosen: the
+vehicle, its cluster and the deviations; a diagonal K, a pair of eigenvalues an axis, -0.2 +- 0.2i, -0.3 +- 0.3i and
+-0.2 sqrt 2, -0.3 sqrt 2; 800 s. The eigenvalues are printed without their points ("-02 +- 02i"), so that they may be a
+tenth of that as well: the slow poles, with which alone its errors come out. alpha_F = 1e5 is its 1e7 for a vehicle and
+cluster of ten times the inertia and momentum.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cosim.masters.explicit import Explicit
+from cosim.system.system import Connection, Experiment, System, Value
+
+Array = NDArray[np.float64]
+
+NONADAPTIVE, ADAPTIVE, PRINTED = "ye2016-nonadaptive", "ye2016-adaptive", "ye2016-adaptive-printed"
+NONADAPTIVE_SLOW, ADAPTIVE_SLOW = "ye2016-nonadaptive-slow", "ye2016-adaptive-slow"
+PERFECT = "ye2016-perfect"
+
+J = [[120.0, 2.0, -1.5], [2.0, 110.0, 1.0], [-1.5, 1.0, 90.0]]  # kg m2
+ROTOR_MOMENTUM = [8.0] * 4  # N m s
+WHEEL_INERTIA = [0.02] * 3  # kg m2
+WHEEL_SPEED = [100.0, -80.0, 60.0]  # rad/s, at the start
+SKEW = np.radians(54.7356)
+_AROUND = np.radians([0.0, 90.0, 180.0, 270.0])
+GIMBAL_AXES = np.array(
+    [np.sin(SKEW) * np.cos(_AROUND), np.sin(SKEW) * np.sin(_AROUND), np.full(4, np.cos(SKEW))]  # g_i
+)
+ROTOR_AXES = np.array([-np.sin(_AROUND), np.cos(_AROUND), np.zeros(4)])  # s_i0
+WHEEL_AXES = np.eye(3)
+
+# Deviations, true minus nominal: numpy's default_rng(2016), uniform(-0.05, 0.05), in this order
+ROTOR_DEVIATION = np.array(
+    [
+        [0.046718885009443864, -0.01603241195755587, -0.024433441445945905, -0.009656492149594152],
+        [0.019903525447114073, 0.044817483189990445, 0.04155907760776116, 0.0006456761519522125],
+        [-0.014395064903486243, -0.019896981921519397, -0.003766601175647491, -0.044992778106010725],
+    ]
+)
+TRANSVERSE_DEVIATION = np.array(
+    [
+        [0.01417785280155702, -0.022742289825494158, 0.04130065378459341, -0.005939400193840892],
+        [-0.04678012229843453, -0.015646108442479392, -0.00428973153969274, -0.046645293780113666],
+        [-0.0471252479450504, -0.03449872292606437, -0.014754755402117757, -0.03190119857295074],
+    ]
+)
+WHEEL_DEVIATION = np.array(
+    [
+        [-0.029511520049558804, 0.020291411343232313, -0.0104587397173758],
+        [-0.035294208751712366, -0.007626222982205735, -0.04454452879970312],
+        [-0.004223624709510397, 0.029094872836696456, 0.004207560532752161],
+    ]
+)
+
+# Section 4
+RATE_AMPLITUDE = [0.02, 0.02, 0.02]  # rad/s
+RATE_PERIOD = np.array([800.0, 600.0, 400.0])  # s
+K_1 = np.array([0.08, 0.18, 0.12])  # 1/s2
+K_2 = np.array([0.4, 0.6, 0.5 * np.sqrt(2)])  # 1/s
+ALPHA_F_PRINTED = 1e7  # kg2 m4/s
+ALPHA_G = 1e3  # s
+BETA_G, DELTA_G = 0.05, 0.1
+
+STOP_TIME = 800.0  # s
+STEP = 0.01  # s
+SLOW_STEP = 1e-3  # s: the estimates at the end of adaptive-slow, which runs along its projection, need it
+
+
+def nonadaptive() -> tuple[System, Experiment]:
+    """No adaptation, poles as printed, figures 2-3."""
+    return _flight(NONADAPTIVE, alpha_F=0.0, alpha_G=0.0)
+
+
+def adaptive() -> tuple[System, Experiment]:
+    """Adaptation at the vehicle's own scale (alpha_F 1e5), poles as printed, figures 4-11."""
+    return _flight(ADAPTIVE, alpha_F=1e5)
+
+
+def adaptive_printed() -> tuple[System, Experiment]:
+    """Adaptation with the printed alpha_F = 1e7, poles as printed, figures 4-11."""
+    return _flight(PRINTED, alpha_F=ALPHA_F_PRINTED)
+
+
+def nonadaptive_slow() -> tuple[System, Experiment]:
+    """No adaptation, poles a tenth of the printed ones, figures 2-3."""
+    return _flight(NONADAPTIVE_SLOW, alpha_F=0.0, alpha_G=0.0, poles=0.1)
+
+
+def adaptive_slow() -> tuple[System, Experiment]:
+    """Adaptation (alpha_F 1e2), poles a tenth of the printed ones, figures 4-11."""
+    return _flight(ADAPTIVE_SLOW, alpha_F=1e2, poles=0.1)
+
+
+def perfect() -> tuple[System, Experiment]:
+    """No adaptation, but the true axes and the true momentum are known from the start."""
+    return _flight(PERFECT, alpha_F=0.0, alpha_G=0.0, known=True)
+
+
+def systems() -> dict[str, Callable[[], tuple[System, Experiment]]]:
+    """Return the six experiments by name."""
+    return {
+        NONADAPTIVE: nonadaptive,
+        ADAPTIVE: adaptive,
+        PRINTED: adaptive_printed,
+        NONADAPTIVE_SLOW: nonadaptive_slow,
+        ADAPTIVE_SLOW: adaptive_slow,
+        PERFECT: perfect,
+    }
+
+
+def unknown_momentum() -> Array:
+    """Return what the total momentum is at the start beyond that of the nominal axes, N m s; the body is at rest."""
+    return ROTOR_DEVIATION @ ROTOR_MOMENTUM + WHEEL_DEVIATION @ np.multiply(WHEEL_INERTIA, WHEEL_SPEED)
+
+
+def unknown_axes() -> tuple[Array, Array]:
+    """Return the true Theta_cG, a row [t_i0^D, s_i0^D] a gyro, and Theta_wG, a row s_wj^D a wheel."""
+    return np.hstack([TRANSVERSE_DEVIATION.T, ROTOR_DEVIATION.T]), WHEEL_DEVIATION.T
+
+
+def _flight(
+    name: str, alpha_F: float, alpha_G: float = ALPHA_G, poles: float = 1.0, known: bool = False
+) -> tuple[System, Experiment]:
+    step = STEP if poles == 1.0 else SLOW_STEP
+    of_gyros, of_wheels = unknown_axes()
+    system = System(
+        name=name,
+        components={
+            "guidance": "BodyRateSinusoid",
+            "controller": "HybridAdaptive",
+            "actuators": "CmgCluster",
+            "plant": "FlexibleSpacecraft:modes=0",
+        },
+        connections=[
+            Connection("plant.q_BN", "controller.q_BN", "after_step"),
+            Connection("plant.omega_BN_B", "controller.omega_BN_B", "after_step"),
+            Connection("guidance.q_RN", "controller.q_RN", "after_step"),
+            Connection("guidance.omega_RN_R", "controller.omega_RN_R", "after_step"),
+            Connection("guidance.omega_dot_RN_R", "controller.omega_dot_RN_R", "after_step"),
+            Connection("actuators.gimbal_angle", "controller.gimbal_angle", "after_step"),
+            Connection("actuators.wheel_speed", "controller.wheel_speed", "after_step"),
+            Connection("controller.gimbal_rate_command", "actuators.gimbal_rate_command", "at_point"),
+            Connection("controller.wheel_acceleration_command", "actuators.wheel_acceleration_command", "at_point"),
+            Connection("actuators.tau_B", "plant.tau_B", "after_step"),  # the mean over the step: keeps the momentum
+            Connection("actuators.h_B", "plant.h_B", "ramp"),
+        ],
+        held={"plant.tau_dist_B": [0.0, 0.0, 0.0]},
+        vehicle={
+            "J": Value(J, "kg.m2"),
+            "gimbal_axes_B": GIMBAL_AXES,
+            "rotor_axes_B": ROTOR_AXES,
+            "rotor_momentum": Value(ROTOR_MOMENTUM, "N.m.s"),
+            "spin_axes_B": WHEEL_AXES,
+            "wheel_inertia": Value(WHEEL_INERTIA, "kg.m2"),
+        },
+        parameters={
+            "plant.q_BN": [1.0, 0.0, 0.0, 0.0],
+            "plant.omega_BN_B": Value([0.0, 0.0, 0.0], "rad/s"),
+            "actuators.rotor_deviation": ROTOR_DEVIATION,
+            "actuators.transverse_deviation": TRANSVERSE_DEVIATION,
+            "actuators.spin_deviation": WHEEL_DEVIATION,
+            "actuators.gimbal_angle": Value([0.0] * 4, "rad"),
+            "actuators.wheel_speed": Value(WHEEL_SPEED, "rad/s"),
+            "guidance.q_RN": [1.0, 0.0, 0.0, 0.0],
+            "guidance.amplitude": Value(RATE_AMPLITUDE, "rad/s"),
+            "guidance.frequency": Value(2 * np.pi / RATE_PERIOD, "rad/s"),
+            "guidance.phase": Value([0.0, 0.0, 0.0], "rad"),
+            "guidance.bias": Value([0.0, 0.0, 0.0], "rad/s"),
+            **_gains(alpha_F, alpha_G, poles),
+            "controller.Theta_F": Value(unknown_momentum() if known else np.zeros(3), "N.m.s"),
+            "controller.Theta_c": of_gyros if known else np.zeros((4, 6)),
+            "controller.Theta_w": of_wheels if known else np.zeros((3, 3)),
+            # Between two communication points every rate is constant or slow: one internal step is exact enough.
+            "*.solver.step": Value(step, "s"),
+        },
+    )
+    # Not centred: a mean of both ends delays the momentum's adaptation, which has hardly any damping, by half a step.
+    experiment = Experiment(
+        stop_time=STOP_TIME, communication_step_size=step, every=round(0.1 / step), master=Explicit()
+    )
+    return system, experiment
+
+
+def _gains(alpha_F: float, alpha_G: float, poles: float) -> dict[str, Any]:
+    return {
+        "controller.k_1": Value(poles**2 * K_1, "1/s2"),
+        "controller.k_2": Value(poles * K_2, "1/s"),
+        "controller.q_1": Value([1.0] * 3, "1/s2"),
+        "controller.q_2": [1.0] * 3,
+        "controller.alpha_F": Value(alpha_F, "kg2.m4/s"),
+        "controller.alpha_G": Value(alpha_G, "s"),
+        "controller.b": BETA_G,
+        "controller.d": DELTA_G,
+        "controller.gimbal_weight": [1.0] * 4,
+        "controller.wheel_weight": Value([1.0] * 3, "1/s2"),
+        "controller.shadow": 0.0,
+    }

@@ -1,0 +1,45 @@
+"""Figures: how they look (style.py), and those that any attitude run has (attitude.py)."""
+
+from cosim.studies.plots.attitude import figures, limits, reference_rate
+from cosim.studies.plots.style import (
+    COLOURS,
+    DPI,
+    GREY,
+    LINES,
+    STYLE,
+    asked_and_given,
+    beyond_linear,
+    fill,
+    label,
+    legend,
+    look,
+    panels,
+    save,
+    scale,
+    stack,
+    thin,
+    traces_of,
+)
+
+__all__ = [
+    "COLOURS",
+    "DPI",
+    "GREY",
+    "LINES",
+    "STYLE",
+    "asked_and_given",
+    "beyond_linear",
+    "figures",
+    "fill",
+    "label",
+    "legend",
+    "limits",
+    "look",
+    "panels",
+    "reference_rate",
+    "save",
+    "scale",
+    "stack",
+    "thin",
+    "traces_of",
+]

@@ -1,0 +1,203 @@
+"""How figures look: panels, colours, labels, legends; drawn without a display.
+
+Every axis names its quantity and unit; angles are in degrees. Runs differ in colour (Okabe-Ito, safe for the colour
+blind) and in line style. Small numbers are shown times a power of ten that stands in the label.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, cast
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from cosim.errors import ResultUnwritable
+from cosim.results.result import Result
+
+Array = NDArray[np.float64]
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+LINES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (6, 1.5, 1.2, 1.5)), (0, (1.2, 1.2)))
+GREY = "#606060"
+DPI = 150
+STYLE: dict[Any, Any] = {
+    "font.size": 10,
+    "axes.labelsize": 10,
+    "axes.titlesize": 10,
+    "figure.titlesize": 12,
+    "legend.fontsize": 10,
+    "legend.frameon": False,
+    "axes.grid": True,
+    "grid.color": "#d9d9d9",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.formatter.useoffset": False,
+    "lines.linewidth": 1.4,
+    "figure.constrained_layout.use": True,
+}
+UNITS = {
+    "N.m": "N m",
+    "N.m.s": "N m s",
+    "kg(1/2).m": r"kg$^{1/2}$ m",
+    "kg(1/2).m/s": r"kg$^{1/2}$ m/s",
+    "rad/s2": r"rad/s$^2$",
+}
+
+
+def save(figures: Mapping[str, Figure], folder: Path | str) -> list[Path]:
+    """Write the figures to folder/<name>.png and return the files; raises `ResultUnwritable`."""
+    folder = Path(folder)
+    files = [folder / f"{name}.png" for name in figures]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with mpl.rc_context(STYLE):
+            for figure, file in zip(figures.values(), files, strict=True):
+                figure.savefig(file, dpi=DPI)
+    except OSError as error:
+        raise ResultUnwritable(folder, error.strerror or str(error)) from error
+    return files
+
+
+def panels(rows: int, columns: int = 1, title: str = "", height: float = 1.75) -> tuple[Figure, list[list[Axes]]]:
+    """Return an empty figure and its axes [row][column]; the axes of a column share their time axis."""
+    figure = Figure(figsize=(8.0, 1.3 + height * rows))
+    FigureCanvasAgg(figure)
+    axes = cast("list[list[Axes]]", figure.subplots(rows, columns, sharex="col", squeeze=False).tolist())
+    if title:
+        figure.suptitle(title)
+    for ax in axes[-1]:
+        ax.set_xlabel("time (s)")
+    return figure, axes
+
+
+def look(index: int) -> dict[str, Any]:
+    """Return colour and line style of the index-th run."""
+    return {"color": COLOURS[index % len(COLOURS)], "linestyle": LINES[index % len(LINES)]}
+
+
+def thin(look: Mapping[str, Any], width: float, **changes: Any) -> dict[str, Any]:
+    """Return a look with another line width, in points, and what else is to change."""
+    return {**look, "linewidth": width, **changes}
+
+
+def asked_and_given(
+    ax: Axes,
+    time: Array,
+    asked: Array,
+    given: Array,
+    limits: Sequence[float] = (),
+    index: int = 0,
+    given_label: str = "",
+) -> None:
+    """Draw a raw command thinly, over it what was given, and the limits; given_label: "given" unless it is said."""
+    ax.plot(time, asked, label="asked", color="#000000", linewidth=0.8, alpha=0.6, zorder=2)
+    ax.plot(time, given, label=given_label or "given", linewidth=1.2, **look(index))
+    for value in limits:
+        ax.axhline(value, color=GREY, linewidth=1, linestyle=LINES[3], label="limit")
+    ax.margins(x=0.01)
+
+
+def beyond_linear(ax: Axes, threshold: float, largest: float) -> None:
+    """Make an axis linear within +-2 thresholds and logarithmic beyond, to the power of ten above the largest value."""
+    top = max(2, int(np.ceil(np.log10(max(largest, 10 * threshold) / threshold))))
+    edge = 10.0 ** np.ceil(np.log10(threshold * 10.0**top))
+    marks = [threshold, *(edge / 100**k for k in range(top) if edge / 100**k > 5 * threshold)]
+    ax.set_yscale("symlog", linthresh=2 * threshold, linscale=1.5)
+    ax.set_ylim(-edge, edge)
+    ax.set_yticks([side * v for side in (-1, 1) for v in marks], [f"{side * v:g}" for side in (-1, 1) for v in marks])
+    ax.minorticks_off()
+
+
+def legend(figure: Figure, columns: int = 4) -> None:
+    """Put one legend under the panels, each label once."""
+    entries: dict[str, Any] = {}
+    for ax in figure.axes:
+        handles, labels = ax.get_legend_handles_labels()
+        entries |= {label: handle for handle, label in zip(handles, labels, strict=True) if label not in entries}
+    if entries:
+        figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=min(columns, len(entries)))
+
+
+def label(name: str, unit: str | None, exponent: int = 0) -> str:
+    """Return "name (10^-4 unit)", set for matplotlib; the unit 1 is written where no power of ten is."""
+    text = "" if unit is None or (unit == "1" and exponent) else UNITS.get(unit, unit)
+    power = rf"10$^{{{exponent}}}$" if exponent else ""
+    inside = " ".join(part for part in (power, text) if part)
+    return f"{name} ({inside})" if inside else name
+
+
+def scale(values: Iterable[Array]) -> int:
+    """Return the exponent of ten to divide by so that an axis has handy numbers; 0 for all but small and large ones."""
+    largest = max((peak(v) for v in values), default=0.0)
+    if largest == 0.0 or 1e-2 <= largest < 1e4:
+        return 0
+    return int(np.floor(np.log10(largest)))
+
+
+def stack(
+    traces: Mapping[str, tuple[Array, Array]],
+    names: Sequence[str],
+    unit: str,
+    title: str,
+    columns: int = 1,
+    width: float = 1.4,
+) -> tuple[Figure, list[Axes]]:
+    """Return a figure with one panel per component and one line per trace, label -> (time, rows)."""
+    figure, grid = panels(-(-len(names) // columns), columns, title)
+    axes = [grid[i % len(grid)][i // len(grid)] for i in range(len(names))]
+    for unused in (ax for line in grid for ax in line if ax not in axes):
+        unused.set_visible(False)
+    fill(axes, traces, names, unit, width)
+    for i, ax in enumerate(axes):
+        if (i + 1) % len(grid) == 0 or i + 1 == len(axes):
+            ax.set_xlabel("time (s)")
+            ax.tick_params(labelbottom=True)
+    figure.align_ylabels(axes)
+    return figure, axes
+
+
+def fill(
+    axes: Sequence[Axes],
+    traces: Mapping[str, tuple[Array, Array]],
+    names: Sequence[str],
+    unit: str,
+    width: float = 1.4,
+) -> list[int]:
+    """Draw column i of every trace into panel i, much wider swings behind; return the panels' exponents of ten."""
+    largest = max(peak(rows) for _, rows in traces.values())
+    exponents: list[int] = []
+    for i, (ax, name) in enumerate(zip(axes, names, strict=True)):
+        shown = [(k, n, t, rows[:, i]) for k, (n, (t, rows)) in enumerate(traces.items()) if rows.shape[1] > i]
+        exponent = scale(values for *_, values in shown)
+        if max(peak(values) for *_, values in shown) < 1e-9 * largest:  # rounding is not shown as if it were a motion
+            exponent = scale([np.array([largest])])
+            ax.set_ylim(-1, 1)
+        for index, label_, time, values in shown:
+            depth = sum(2 * peak(other) < peak(values) for *_, other in shown)
+            ax.plot(time, values / 10.0**exponent, label=label_, linewidth=width, zorder=3 - depth / 100, **look(index))
+        ax.set_ylabel(label(name, unit, exponent))
+        ax.margins(x=0.01)
+        exponents.append(exponent)
+    return exponents
+
+
+def peak(rows: Array) -> float:
+    """Return the largest absolute value that is finite, 0 if there is none."""
+    finite = np.abs(rows[np.isfinite(rows)])
+    return float(finite.max()) if finite.size else 0.0
+
+
+def traces_of(results: Mapping[str, Result], rows: Callable[[Result], Array | None]) -> dict[str, tuple[Array, Array]]:
+    """Return label -> (time, rows) for the runs that have the quantity."""
+    found: dict[str, tuple[Array, Array]] = {}
+    for name, result in results.items():
+        values = rows(result)
+        if values is not None and values.size:
+            found[name] = (result.time, values)
+    return found

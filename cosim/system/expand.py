@@ -1,0 +1,178 @@
+"""From a system and the descriptions of its FMUs to a checked `Wiring`; all mistakes are found and told together."""
+
+from collections.abc import Mapping
+
+from cosim.errors import SimulationError, UnknownName, WiringError, WiringErrors
+from cosim.system.parameters import Parameters
+from cosim.system.system import TIMINGS, Connection, System
+from cosim.system.wiring import Link, Port, Wiring
+from fmus.description.description import ModelDescription, ScalarVariable
+from fmus.description.names import Group, group, split_port
+from fmus.description.units import IDENTITY, conversion
+
+__all__ = ["Link", "Port", "Wiring", "wire"]
+
+
+def wire(system: System, descriptions: Mapping[str, ModelDescription]) -> Wiring:
+    """Expand and check a system; `descriptions` has one entry per instance.
+
+    Raises `WiringErrors` with every mistake, in the order: connections, inputs, parameters, steps.
+    """
+    ordered = {name: descriptions[name] for name in system.components}
+    parameters = Parameters(system, ordered)
+    checker = _Checker(system, ordered)
+    checker.instances()
+    links = checker.links()
+    settings, held = parameters.settings(), parameters.held()
+    checker.inputs(links, held)
+    steps = checker.steps()
+    mistakes = checker.mistakes + parameters.mistakes
+    if mistakes:
+        raise WiringErrors(system.name, mistakes)
+    return Wiring(ordered, tuple(links), settings, held, steps, system.name)
+
+
+class _Checker:
+    def __init__(self, system: System, descriptions: Mapping[str, ModelDescription]) -> None:
+        self.system = system
+        self.descriptions = descriptions
+        self.mistakes: list[SimulationError] = []
+
+    def instances(self) -> None:
+        """Find instance names that cannot stand before the dot of a variable's name."""
+        for name in self.descriptions:
+            if not name or set(name) & set(".*?[] "):
+                self._wrong(
+                    f'"{name}" cannot be an instance name', advice="Write it without dots, spaces and brackets."
+                )
+
+    def links(self) -> list[Link]:
+        """Expand all connections element by element."""
+        return [link for connection in self.system.connections for link in self._expand(connection)]
+
+    def _expand(self, connection: Connection) -> list[Link]:
+        source = self._end(connection.source, connection, "output")
+        target = self._end(connection.target, connection, "input")
+        if source is None or target is None:
+            return []
+        (a, sources), (b, targets) = source, target
+        if len(sources.elements) != len(targets.elements) or (
+            sources.shape != targets.shape and len(sources.elements) > 1
+        ):
+            ends = (self._words(connection.source, a, sources), self._words(connection.target, b, targets))
+            return self._wrong(f"{ends[0]}, {ends[1]}: cannot connect them", connection)
+        result: list[Link] = []
+        for s, t in zip(sources.elements, targets.elements, strict=True):
+            result += self._link(connection, Port(a, s), Port(b, t))
+        return result
+
+    def _end(self, name: str, connection: Connection, causality: str) -> tuple[str, Group] | None:
+        component, variable = split_port(name)
+        where = f"connection {connection.source} -> {connection.target}"
+        description = self.descriptions.get(component)
+        if description is None:
+            self.mistakes.append(UnknownName("component", component, where, list(self.descriptions)))
+            return None
+        try:
+            found = description.find(variable, "variable", f'component "{component}"')
+        except UnknownName as error:
+            names = description.base_names(causality)
+            element = error.kind == "element"  # of an array that is there
+            self.mistakes.append(error if element else UnknownName(causality, error.name, error.where, names))
+            return None
+        first = description.variables[found.elements[0]]
+        if first.causality != causality:
+            listed = ", ".join(description.base_names(causality)) or "none"
+            role = "source" if causality == "output" else "target"
+            problem = f"{name} cannot be the {role} of a connection: its causality is {first.causality}"
+            self._wrong(problem, connection, f"{causality.capitalize()}s of {component}: {listed}.")
+            return None
+        if first.type != "Real":
+            self._wrong(
+                f"{name} is {first.type}: only Real variables can be connected",
+                connection,
+                f'An input of type {first.type} can be held: held={{"{name}": ...}}.' if causality == "input" else "",
+            )
+            return None
+        return component, found
+
+    def _link(self, connection: Connection, source: Port, target: Port) -> list[Link]:
+        a, b = self.descriptions[source.component], self.descriptions[target.component]
+        names = f"{connection.source} -> {connection.target}"
+        units = a.variables[source.variable].unit, b.variables[target.variable].unit
+        found = conversion(*units, a.units, b.units)
+        if found is None:
+            ends = f"{connection.source} has unit {units[0]}, {connection.target} has unit {units[1]}"
+            self._wrong(f"{ends}: they cannot be converted", connection)
+        step_mean = source.variable in a.step_means
+        timing = connection.timing or ("after_step" if step_mean else "at_point")
+        if timing not in TIMINGS:
+            return self._wrong(f'{names} has timing "{timing}"', connection, f"Choose {', '.join(TIMINGS)}.")
+        if step_mean and timing != "after_step":
+            problem = f"{names} has timing {timing}, but its source is the mean over a step"
+            self._wrong(
+                problem, connection, 'A step mean is held over the step it was taken from: timing="after_step".'
+            )
+        if timing == "ramp" and not b.can_interpolate_inputs:
+            timing = "midpoint"  # the value in the middle of the same line
+        return [Link(source, target, timing, found or IDENTITY, step_mean)]
+
+    def inputs(self, links: list[Link], held: Mapping[Port, object]) -> None:
+        """Find inputs without a source and inputs with two, whole arrays at a time."""
+        sources: dict[Port, list[str]] = {}
+        for link in links:
+            sources.setdefault(link.target, []).append(str(link.source))
+        for port in held:
+            sources.setdefault(port, []).append("held")
+        named = {split_port(c.target) for c in self.system.connections} | {split_port(n) for n in self.system.held}
+        for component, description in self.descriptions.items():
+            for base, g in group(v.name for v in description.inputs).items():
+                count = {e: len(sources.get(Port(component, e), ())) for e in g.elements}
+                for name in self._names(base, g, [e for e in g.elements if count[e] > 1]):
+                    found = sources[Port(component, name if name in count else g.elements[0])]
+                    self._wrong(
+                        f"input {component}.{name} has {len(found)} sources: {', '.join(found)}",
+                        advice="An input takes one connection; add several signals with the component Sum.",
+                    )
+                for name in self._names(base, g, [e for e in g.elements if count[e] == 0]):
+                    if not {(component, name), (component, base)} & named:  # else reported already, with its reason
+                        shape = g.shape if name == base else ()
+                        self._not_connected(component, name, shape, description.variables[g.elements[0]])
+
+    @staticmethod
+    def _names(base: str, whole: Group, elements: list[str]) -> list[str]:
+        """Return the array's name for all of its elements, else the elements."""
+        return [base] if elements == list(whole.elements) else elements
+
+    def _not_connected(self, component: str, name: str, shape: tuple[int, ...], variable: ScalarVariable) -> None:
+        value = "0.0" if variable.type == "Real" else repr(variable.start)
+        for n in reversed(shape):
+            value = f"[{', '.join([value] * n)}]"
+        self._wrong(
+            f"input {component}.{name} is not connected",
+            advice=f'Connect it, or hold it: held={{"{component}.{name}": {value}}}.',
+        )
+
+    def steps(self) -> dict[str, int]:
+        """Check the multiples of the communication step."""
+        result = dict.fromkeys(self.descriptions, 1)
+        for component, n in self.system.steps.items():
+            if component not in result:
+                self.mistakes.append(UnknownName("component", component, "steps", list(result)))
+            elif isinstance(n, bool) or int(n) != n or n < 1:
+                self._wrong(f"steps of {component} is {n}", advice="It must be a whole number, 1 or more.")
+            else:
+                result[component] = int(n)
+        return result
+
+    def _wrong(self, problem: str, connection: Connection | None = None, advice: str = "") -> list[Link]:
+        ports = (connection.source, connection.target) if connection is not None else ()
+        mistake = WiringError(problem, advice, ports)
+        if str(mistake) not in map(str, self.mistakes):
+            self.mistakes.append(mistake)
+        return []
+
+    def _words(self, name: str, component: str, g: Group) -> str:
+        unit = self.descriptions[component].variables[g.elements[0]].unit or "none"
+        size = " x ".join(map(str, g.shape)) or "1"
+        return f"{name} has {size} element{'s' if size != '1' else ''} (unit {unit})"

@@ -1,0 +1,205 @@
+"""Parameters, vehicle values and held inputs of a system, turned into values of single variables in their own units."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from cosim.errors import ParameterError, SimulationError, UnknownName
+from cosim.system.system import System, Value, plain
+from cosim.system.wiring import Port
+from fmus.description import units
+from fmus.description.description import ModelDescription, Scalar, ScalarVariable
+from fmus.description.names import Group, split_element, split_port
+
+
+class Parameters:
+    """Resolves names and values of a system; every mistake is put into `mistakes` instead of raised."""
+
+    def __init__(self, system: System, descriptions: Mapping[str, ModelDescription]) -> None:
+        self.system = system
+        self.descriptions = descriptions
+        self.mistakes: list[SimulationError] = []
+
+    def settings(self) -> dict[Port, Scalar]:
+        """Return what is set before initialization: vehicle values, then "*.name", then arrays, then elements."""
+        result: dict[Port, Scalar] = {}
+        for name, value in self.system.vehicle.items():
+            result |= self._everywhere(name, value, "vehicle", only_parameters=True)
+        for key in sorted(self.system.parameters, key=_specificity):
+            value = self.system.parameters[key]
+            component, name = split_port(key)
+            if component == "*":
+                result |= self._everywhere(name, value, "parameters", only_parameters=False)
+            elif component not in self.descriptions:
+                self.mistakes.append(UnknownName("component", component, f'parameter "{key}"', list(self.descriptions)))
+            else:
+                result |= self._set(component, name, value)
+        return result
+
+    def held(self) -> dict[Port, Scalar]:
+        """Return the values of held inputs."""
+        result: dict[Port, Scalar] = {}
+        for key, value in self.system.held.items():
+            component, name = split_port(key)
+            description = self.descriptions.get(component)
+            if description is None:
+                self.mistakes.append(UnknownName("component", component, f'held "{key}"', list(self.descriptions)))
+                continue
+            group = self._find(component, name, "input")
+            if group is None:
+                continue
+            if description.variables[group.elements[0]].causality != "input":
+                self.mistakes.append(
+                    ParameterError(key, "it is held, but it is no input. Inputs: " + _inputs(description))
+                )
+                continue
+            result |= self._values(component, group, name, value)
+        return result
+
+    def _everywhere(self, name: str, value: Any, where: str, *, only_parameters: bool) -> dict[Port, Scalar]:
+        """Set every component that has it: a parameter, or for "*.name" an initial state too."""
+        result: dict[Port, Scalar] = {}
+        base = split_element(name)[0]
+        known: list[str] = []
+        found = False
+        for component, description in self.descriptions.items():
+            here = [b for b, g in description.groups.items() if _settable(description, g, only_parameters)]
+            known += here
+            if base in here or name in here:
+                found = True
+                result |= self._set(component, name, value)
+        if not found:
+            self.mistakes.append(UnknownName("parameter", name, f"{where} of any component", sorted(set(known))))
+        return result
+
+    def _set(self, component: str, name: str, value: Any) -> dict[Port, Scalar]:
+        group = self._find(component, name, "parameter")
+        if group is None:
+            return {}
+        description = self.descriptions[component]
+        if not _settable(description, group, False):
+            causality = description.variables[group.elements[0]].causality
+            advice = f'hold it: held={{"{component}.{name}": ...}}' if causality == "input" else "it cannot be set"
+            self.mistakes.append(ParameterError(f"{component}.{name}", f"it is {_article(causality)}: {advice}"))
+            return {}
+        return self._values(component, group, name, value)
+
+    def _find(self, component: str, name: str, kind: str) -> Group | None:
+        description = self.descriptions[component]
+        try:
+            return description.find(name, kind, f'component "{component}"')
+        except UnknownName as error:
+            wanted = [
+                base
+                for base, g in description.groups.items()
+                if (description.variables[g.elements[0]].causality == "input") == (kind == "input")
+                and (kind == "input" or _settable(description, g, False))
+            ]
+            element = error.kind == "element"  # of an array that is there
+            self.mistakes.append(error if element else UnknownName(kind, error.name, error.where, wanted))
+            return None
+
+    def _values(self, component: str, group: Group, name: str, value: Any) -> dict[Port, Scalar]:
+        full = f"{component}.{name}"
+        variables = [self.descriptions[component].variables[e] for e in group.elements]
+        text = isinstance(value, str) and variables[0].type == "String"
+        given = value if isinstance(value, Value) else Value(None if text else value)
+        numbers = value if text else plain(given.value)
+        if isinstance(numbers, str) and not text and variables[0].type == "Real":
+            problem = f"it is Real, the value {numbers!r} is no number and no list of numbers"
+            self.mistakes.append(ParameterError(full, problem))
+            return {}
+        shape = shape_of(numbers)
+        if shape == () and len(group.shape) == 1:
+            numbers, shape = [numbers] * group.shape[0], group.shape
+        if shape != group.shape:
+            self.mistakes.append(ParameterError(full, f"it is {_words(group.shape)}, the value is {_words(shape)}"))
+            return {}
+        result: dict[Port, Scalar] = {}
+        try:
+            convert = self._conversion(component, variables[0], given.unit)
+            for variable, number in zip(variables, _flat(numbers), strict=True):
+                result[Port(component, variable.name)] = _checked(variable, number, convert)
+        except ValueError as error:
+            self.mistakes.append(ParameterError(full, str(error)))
+            return {}
+        return result
+
+    def _conversion(self, component: str, variable: ScalarVariable, unit: str | None) -> units.Conversion:
+        if unit is None:
+            return units.IDENTITY
+        own = self.descriptions[component].units
+        tables = [own, *(i.units for i in self.descriptions.values())]
+        found = units.resolve(unit, variable.unit, tables)
+        if found is None:
+            known = ", ".join(units.names_like(variable.unit, tables)) or "none"
+            target = f"unit {variable.unit}" if variable.unit is not None else "no unit"
+            raise ValueError(f"it has {target}, the value has unit {unit}, which cannot be converted. Units: {known}")
+        return found
+
+
+def _specificity(key: str) -> int:
+    component, name = split_port(key)
+    return 0 if component == "*" else 2 if split_element(name)[1] else 1
+
+
+def _settable(description: ModelDescription, group: Group, only_parameters: bool) -> bool:
+    variable = description.variables[group.elements[0]]
+    return variable.causality == "parameter" or (variable.is_parameter and not only_parameters)
+
+
+def _checked(variable: ScalarVariable, value: Any, convert: units.Conversion) -> Scalar:
+    """Return the value as the variable's type; raises ValueError for a wrong type or a number that is not finite."""
+    wrong = ValueError(f"it is {variable.type}, the value {value!r} is {type(value).__name__}")
+    if variable.type == "String":
+        if not isinstance(value, str):
+            raise wrong
+        return value
+    if variable.type == "Boolean":
+        if not isinstance(value, bool):
+            raise wrong
+        return value
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise wrong
+    if not math.isfinite(value):
+        raise ValueError(f"the value {value} is not finite")
+    if variable.type == "Real":
+        return float(value) if convert == units.IDENTITY else convert(float(value))
+    if int(value) != value:
+        raise wrong
+    return int(value)
+
+
+def shape_of(value: Any) -> tuple[int, ...] | None:
+    """Return the shape of a nested list, () of a scalar, None of a ragged list."""
+    if not isinstance(value, list):
+        return ()
+    shapes = {shape_of(v) for v in value}
+    if len(shapes) != 1:
+        return None
+    inner = shapes.pop()
+    return None if inner is None else (len(value), *inner)
+
+
+def _flat(value: Any) -> Iterator[Any]:
+    if isinstance(value, list):
+        for v in value:
+            yield from _flat(v)
+    else:
+        yield value
+
+
+def _words(shape: tuple[int, ...] | None) -> str:
+    if shape is None:
+        return "a ragged list"
+    if shape == ():
+        return "a scalar"
+    return f"a {'vector' if len(shape) == 1 else 'matrix'} of {' x '.join(map(str, shape))}"
+
+
+def _article(causality: str) -> str:
+    return f"{'an' if causality[0] in 'aeiou' else 'a'} {causality}"
+
+
+def _inputs(description: ModelDescription) -> str:
+    return ", ".join(description.base_names("input")) or "none"

@@ -1,0 +1,59 @@
+"""A checked system in scalars: what the graph, the plan and the masters work on."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from fmus.description.description import ModelDescription, Scalar
+from fmus.description.units import IDENTITY, Conversion
+
+
+class Port(NamedTuple):
+    """One scalar variable of one component."""
+
+    component: str
+    variable: str
+
+    def __str__(self) -> str:
+        """Write "plant.q_BN[1]"."""
+        return f"{self.component}.{self.variable}"
+
+
+@dataclass(frozen=True)
+class Link:
+    """One scalar connection: target = factor * source + offset; one of the four timings, or "centred" (`Explicit`)."""
+
+    source: Port
+    target: Port
+    timing: str = "at_point"
+    conversion: Conversion = IDENTITY
+    step_mean: bool = False
+
+    def __str__(self) -> str:
+        """Write "a.y -> b.u (after_step)"."""
+        return f"{self.source} -> {self.target} ({self.timing})"
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """A system without mistakes. `settings` and `held` are in the variables' own units; `steps` has every component."""
+
+    descriptions: Mapping[str, ModelDescription]
+    links: tuple[Link, ...] = ()
+    settings: Mapping[Port, Scalar] = field(default_factory=dict)
+    held: Mapping[Port, Scalar] = field(default_factory=dict)
+    steps: Mapping[str, int] = field(default_factory=dict)
+    system: str = ""
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Instance names in the order of declaration."""
+        return tuple(self.descriptions)
+
+    def period(self, component: str) -> int:
+        """Return how many communication steps a component takes in one of its own."""
+        return self.steps.get(component, 1)
+
+    def into(self, component: str) -> list[Link]:
+        """Return the links that end at a component."""
+        return [link for link in self.links if link.target.component == component]

@@ -1,0 +1,119 @@
+"""What an FMU offers, as its modelDescription.xml says: variables, arrays, units, dependencies, capabilities."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
+
+from fmus.description.errors import UnknownName
+from fmus.description.names import Group, canonical, group, split_element
+from fmus.description.units import Unit
+
+Type = Literal["Real", "Integer", "Boolean", "String", "Enumeration"]
+Scalar = float | int | bool | str
+"""A value of one variable; int for Integer and Enumeration."""
+
+
+@dataclass(frozen=True)
+class ScalarVariable:
+    """One ScalarVariable; `initial` and `variability` with FMI's defaults filled in, `start` in `unit`."""
+
+    name: str
+    value_reference: int
+    type: Type = "Real"
+    causality: str = "local"
+    variability: str = "continuous"
+    initial: str | None = None
+    unit: str | None = None
+    display_unit: str | None = None
+    start: Scalar | None = None
+    nominal: float = 1.0
+    description: str = ""
+
+    @property
+    def is_parameter(self) -> bool:
+        """Whether a user may set it before initialization: a parameter, or an initial state."""
+        if self.causality == "parameter":
+            return True
+        return self.initial == "exact" and self.variability != "constant" and self.causality in ("output", "local")
+
+
+@dataclass(frozen=True)
+class ModelDescription:
+    """An FMU's interface. `dependencies` and `initial_unknowns`: variable -> names it depends on, None: not said."""
+
+    model_name: str
+    guid: str
+    variables: Mapping[str, ScalarVariable]
+    dependencies: Mapping[str, tuple[str, ...] | None] = field(default_factory=dict)
+    initial_unknowns: Mapping[str, tuple[str, ...] | None] = field(default_factory=dict)
+    units: Mapping[str, Unit] = field(default_factory=dict)
+    can_handle_variable_step: bool = True
+    can_interpolate_inputs: bool = False
+    max_output_derivative_order: int = 0
+    can_get_and_set_state: bool = False
+    can_serialize_state: bool = False
+    provides_directional_derivative: bool = False
+    only_once_per_process: bool = False
+    refresh: bool = False
+    sampled: bool = False
+    step_means: frozenset[str] = frozenset()
+    model_identifier: str = ""
+    generation_tool: str = ""
+    description: str = ""
+
+    @cached_property
+    def groups(self) -> Mapping[str, Group]:
+        """Base name -> array or scalar, for all variables."""
+        return group(self.variables)
+
+    @cached_property
+    def inputs(self) -> tuple[ScalarVariable, ...]:
+        """All inputs, in the order of modelDescription.xml."""
+        return tuple(v for v in self.variables.values() if v.causality == "input")
+
+    @cached_property
+    def outputs(self) -> tuple[ScalarVariable, ...]:
+        """All outputs, likewise."""
+        return tuple(v for v in self.variables.values() if v.causality == "output")
+
+    @cached_property
+    def real_outputs(self) -> tuple[ScalarVariable, ...]:
+        """The outputs that can be connected and recorded."""
+        return tuple(v for v in self.outputs if v.type == "Real")
+
+    def find(self, name: str, kind: str, where: str) -> Group:
+        """Return the array, or the one element, that `name` means.
+
+        Raises `UnknownName` with the base names of this FMU; `kind` and `where` are words for its message.
+        """
+        name = canonical(name)
+        found = self.groups.get(name)
+        if found is not None:
+            return found
+        if name in self.variables:
+            return Group((), (name,))
+        whole = self.groups.get(split_element(name)[0])
+        if whole is not None and whole.shape:
+            ends = whole.elements[0], whole.elements[-1]
+            raise UnknownName("element", name, where, [f"{ends[0]} to {ends[1]}"])
+        raise UnknownName(kind, name, where, list(self.groups))
+
+    def base_names(self, causality: str) -> list[str]:
+        """Return the base names of all variables of a causality."""
+        return [base for base, g in self.groups.items() if self.variables[g.elements[0]].causality == causality]
+
+    def feedthrough(self, output: str) -> tuple[str, ...]:
+        """Return the Real inputs on which an output depends directly; all of them if the FMU does not say."""
+        return () if output in self.step_means else self._inputs_among(self.dependencies.get(output))
+
+    def initial_feedthrough(self, output: str) -> tuple[str, ...]:
+        """Return the Real inputs on which an output depends in initialization mode."""
+        if output in self.initial_unknowns:
+            return self._inputs_among(self.initial_unknowns[output])
+        return () if self.variables[output].initial == "exact" else self._inputs_among(None)
+
+    def _inputs_among(self, names: tuple[str, ...] | None) -> tuple[str, ...]:
+        if names is None:
+            return tuple(v.name for v in self.inputs if v.type == "Real")
+        return tuple(n for n in names if self.variables[n].causality == "input" and self.variables[n].type == "Real")

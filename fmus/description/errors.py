@@ -1,0 +1,49 @@
+"""A name that nothing has, a file that is no FMU; and the base of every error between an FMU file and a last row."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fmus.description.names import nearest
+
+
+class SimulationError(Exception):
+    """Base of every error of `cosim` that a user can cause or must hear of."""
+
+    result: Any = None
+    """The partial `Result` of a run that ended early, set by `simulate`."""
+
+
+@dataclass(eq=False)
+class UnknownName(SimulationError):
+    """A name that nothing has: `kind` says what it should name, `where` where it was looked for."""
+
+    kind: str
+    name: str
+    where: str
+    available: Sequence[str]
+
+    def __str__(self) -> str:
+        """Name, place, the nearest names, what there is."""
+        close = nearest(self.name, self.available)
+        hint = f" Did you mean {' or '.join(repr_name(n) for n in close)}?" if close else ""
+        listed = ", ".join(self.available) if self.available else "nothing"
+        return f'unknown {self.kind} "{self.name}" in {self.where}.{hint} There: {listed}.'
+
+
+@dataclass(eq=False)
+class FmuError(SimulationError):
+    """A file that cannot be used as an FMI 2.0 co-simulation FMU on this machine."""
+
+    path: Path
+    problem: str
+
+    def __str__(self) -> str:
+        """File and problem."""
+        return f"{self.path}: {self.problem}"
+
+
+def repr_name(name: str) -> str:
+    """Return a name in the quotes that messages use."""
+    return f'"{name}"'

@@ -1,0 +1,694 @@
+/* FMI 2.0 co-simulation slave around the C code that CasADi writes for a component.
+ *
+ * Written by hand, the same for every component; the twin of fmus/export/python/runtime.py, rule for rule. Generated beside it:
+ *   model.h   name and GUID, sizes, variables (name, start value, when they may be set), texts of the conditions,
+ *             which parameters mean something to this file
+ *   model.c   the component's functions of flat vectors; which of them exist is seen from CasADi's macros <name>_SZ_ARG
+ *
+ * One flat vector holds every variable, a value reference is an index into it (sizes NP, NC, ... from model.h):
+ *   v = [ p parameters | c calculated parameters | u inputs | x states | y outputs that are no states | d rates of x ]
+ * m, beside it, are the step means: outputs that are the mean of a rate over the last step.
+ *
+ * One translation unit: all but the fmi2 functions is static. No mutable static data, no heap in fmi2DoStep.
+ * Numbers equal those of the Python twin bit for bit where the compiler contracts no products (-ffp-contract=off).
+ */
+#include <float.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#if defined(__GNUC__) /* fmi2Functions.h marks what is exported; CasADi's helpers are not */
+#pragma GCC visibility push(hidden)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#endif
+#define CASADI_SYMBOL_EXPORT static
+#include "model.c"
+#if defined(__GNUC__)
+#pragma GCC diagnostic pop
+#pragma GCC visibility pop
+#endif
+
+#include "fmi2Functions.h"
+
+typedef struct {
+    const char *name;
+    double start;
+    int flags;
+} Variable;
+
+enum { SET_BEFORE = 1, SET_BETWEEN = 2, OUTPUT = 4 }; /* settable before the end of initialization, between steps */
+
+enum { FIELD = 1 }; /* in the text of a condition: the place of a number */
+
+#include "model.h"
+
+/* ---- data ------------------------------------------------------------------------------------------------------- */
+
+enum { P0 = 0, C0 = P0 + NP, U0 = C0 + NC, X0 = U0 + NU, Y0 = X0 + NX, D0 = Y0 + NY, NV = D0 + ND };
+
+#define TICK 1e-9      /* s, how near to a communication point a sample counts as due there */
+#define MOST_STEPS 1e9 /* internal steps or samples in a communication step */
+
+typedef enum { INSTANTIATED = 1, INITIALIZATION = 2, STEPPING = 4, TERMINATED = 8, FAILED = 16, ANY = 31 } Mode;
+
+typedef struct { /* everything that an FMU state holds: plain data, no pointers */
+    double t, t0, stop;
+    double v[NV + 1], m[NM + 1];
+    double u1[NU + 1], u2[NU + 1]; /* input derivatives */
+    double x_next[NX + 1];         /* sampled: states after the sample that the outputs show */
+    int64_t sample;                /* sampled: index of the next sample */
+    int32_t mode, stop_defined;
+    int32_t inputs_move;                 /* input derivatives were given since the last step */
+    int32_t due;                         /* sampled: the next sample is due at t */
+    int32_t start_old, y_old, d_old;     /* to be evaluated: c (and, in initialization, x and m); y; d */
+} State;
+
+typedef struct {
+    State s;
+    fmi2CallbackFunctions callbacks;
+    char name[256];
+} Instance;
+
+typedef struct {
+    char magic[8];
+    uint32_t version, size;
+    char guid[64];
+    State s;
+} Serialized;
+
+static const char MAGIC[8] = {'a', 'd', 'c', 's', 'f', 'm', 'u', '2'};
+enum { SERIALIZED_VERSION = 1 };
+
+/* ---- messages --------------------------------------------------------------------------------------------------- */
+
+/* All that this FMU ever logs are errors, which a host wants to see whatever it has switched on. */
+static fmi2Status fail(const Instance *it, const char *format, ...)
+{
+    char text[1024];
+    va_list arguments;
+    if (!it->callbacks.logger) return fmi2Error;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    it->callbacks.logger(it->callbacks.componentEnvironment, it->name, fmi2Error, "logStatusError", "%s", text);
+    return fmi2Error;
+}
+
+static const char *in_words(int mode)
+{
+    switch (mode) {
+    case INSTANTIATED: return "before initialization mode";
+    case INITIALIZATION: return "in initialization mode";
+    case STEPPING: return "after initialization";
+    case TERMINATED: return "after fmi2Terminate";
+    default: return "after an error";
+    }
+}
+
+static fmi2Status admit(const Instance *it, const char *function, int modes)
+{
+    if (!it) return fmi2Error;
+    if (it->s.mode & modes) return fmi2OK;
+    return fail(it, "%s: not allowed %s.", function, in_words(it->s.mode));
+}
+
+#define ENTER(function, modes)                                                                                         \
+    Instance *it = (Instance *)c;                                                                                      \
+    State *s = it ? &it->s : NULL;                                                                                     \
+    if (admit(it, function, modes) != fmi2OK) return fmi2Error;                                                        \
+    (void)s
+
+static int within(fmi2ValueReference r, int first, int size) { return r - (unsigned)first < (unsigned)size; }
+
+static const char *name_of(fmi2ValueReference r) { return within(r, 0, NV) ? variables[r].name : "(none)"; }
+
+static fmi2Status no_such_variable(const Instance *it, const char *function, fmi2ValueReference r)
+{
+    return fail(it, "%s: there is no Real variable with value reference %u.", function, r);
+}
+
+/* ---- equations -------------------------------------------------------------------------------------------------- */
+
+/* Call a CasADi function with lists of pointers, IN its arguments and OUT its results, which may not overlap them. */
+#define IN(...) {__VA_ARGS__}
+#define OUT(...) {__VA_ARGS__}
+#define CALL(f, in, out)                                                                                               \
+    do {                                                                                                               \
+        const double *arguments_[f##_SZ_ARG] = in;                                                                     \
+        double *results_[f##_SZ_RES] = out;                                                                            \
+        double work_[f##_SZ_W + 1];                                                                                    \
+        int integers_[f##_SZ_IW + 1];                                                                                  \
+        f(arguments_, results_, integers_, work_, 0);                                                                  \
+    } while (0)
+
+/* Regions of a vector like v. */
+#define P(v) ((v) + P0)
+#define C(v) ((v) + C0)
+#define U(v) ((v) + U0)
+#define X(v) ((v) + X0)
+#define Y(v) ((v) + Y0)
+#define D(v) ((v) + D0)
+
+/* u(since) = u + since (u1 + since u2 / 2) */
+static void inputs_at(const State *s, double since, double *u)
+{
+    int i;
+    for (i = 0; i < NU; i++) u[i] = U(s->v)[i] + since * (s->u1[i] + 0.5 * since * s->u2[i]);
+}
+
+/* Bring up to date what follows from parameters and, in initialization mode, from initial values. */
+static void settle(State *s)
+{
+    if (!s->start_old) return;
+    s->start_old = 0;
+#ifdef calculate_SZ_ARG
+    CALL(calculate, IN(P(s->v)), OUT(C(s->v)));
+#endif
+    if (s->mode != INITIALIZATION) return;
+#ifdef initial_SZ_ARG
+    {
+        double x[NX + 1];
+        CALL(initial, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v)), OUT(x));
+        memcpy(X(s->v), x, NX * sizeof x[0]);
+    }
+#endif
+#ifdef mean_rates_SZ_ARG
+    CALL(mean_rates, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v)), OUT(s->m));
+#endif
+}
+
+#if SAMPLED
+/* Evaluate the sample at t with inputs u: the states after it, and the outputs. */
+static void sample_at(State *s, double t, const double *u)
+{
+#ifdef update_SZ_ARG
+    CALL(update, IN(&t, X(s->v), u, P(s->v), C(s->v)), OUT(s->x_next));
+#endif
+#ifdef outputs_SZ_ARG
+    CALL(outputs, IN(&t, s->x_next, u, P(s->v), C(s->v), s->m), OUT(Y(s->v)));
+#endif
+    (void)t, (void)u;
+}
+#endif
+
+/* Bring the outputs up to date. Between samples those of a sampled component are held. */
+static void show(State *s)
+{
+    settle(s);
+    if (!s->y_old) return;
+    s->y_old = 0;
+#if SAMPLED
+    if (s->due) sample_at(s, s->t, U(s->v));
+#elif defined outputs_SZ_ARG
+    CALL(outputs, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), s->m), OUT(Y(s->v)));
+#endif
+}
+
+/* Bring the state derivatives up to date. */
+static void rate(State *s)
+{
+    settle(s);
+    if (!s->d_old) return;
+    s->d_old = 0;
+#ifdef rates_SZ_ARG
+    CALL(rates, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v)), OUT(D(s->v)));
+#endif
+}
+
+/* Directional derivative of c, x, y and d along a seed of time and of p, u and x; both are laid out like v, the result is
+ * zero before. In initialization mode c, the calculated states and the step means follow the seed, later they do not. */
+static void tangent(const State *s, double st, const double *seed, double *result)
+{
+    double *sx = X(result), sm[NM + 1] = {0};
+    memcpy(sx, X(seed), NX * sizeof sx[0]);
+    if (s->mode == INITIALIZATION) {
+#ifdef calculate_forward_SZ_ARG
+        CALL(calculate_forward, IN(P(s->v), P(seed)), OUT(C(result)));
+#endif
+#ifdef initial_forward_SZ_ARG
+        CALL(initial_forward, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), &st, X(seed), U(seed), P(seed)),
+             OUT(sx, sm));
+#endif
+    }
+#ifdef forward_SZ_ARG
+    if (!SAMPLED || s->due)
+        CALL(forward, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), &st, sx, U(seed), P(seed), sm),
+             OUT(D(result), Y(result)));
+#endif
+    (void)st, (void)sm;
+}
+
+/* ---- life cycle ------------------------------------------------------------------------------------------------- */
+
+static void restart(State *s)
+{
+    int i;
+    memset(s, 0, sizeof *s);
+    for (i = 0; i < NV; i++) s->v[i] = variables[i].start;
+    s->mode = INSTANTIATED;
+    s->due = SAMPLED;
+    s->start_old = s->y_old = s->d_old = 1;
+}
+
+const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+
+const char *fmi2GetVersion(void) { return fmi2Version; }
+
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                              const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging)
+{
+    Instance *it = (Instance *)calloc(1, sizeof *it);
+    const char *wrong = NULL;
+    (void)resources, (void)visible, (void)logging;
+    if (!it) return NULL;
+    if (callbacks) it->callbacks = *callbacks;
+    snprintf(it->name, sizeof it->name, "%s", name ? name : "");
+    if (!it->name[0]) wrong = "the instance name is empty";
+    else if (type != fmi2CoSimulation) wrong = "this FMU is for co-simulation only";
+    else if (!guid || strcmp(guid, MODEL_GUID) != 0) wrong = "the GUID given is that of another FMU";
+    if (wrong) {
+        fail(it, "fmi2Instantiate: %s (%s, GUID %s).", wrong, MODEL_NAME, MODEL_GUID);
+        free(it);
+        return NULL;
+    }
+    restart(&it->s);
+    return it;
+}
+
+void fmi2FreeInstance(fmi2Component c) { free(c); }
+
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[])
+{
+    ENTER("fmi2SetDebugLogging", ANY);
+    (void)on, (void)n, (void)categories;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start,
+                               fmi2Boolean stop_defined, fmi2Real stop)
+{
+    ENTER("fmi2SetupExperiment", INSTANTIATED);
+    (void)tolerance_defined, (void)tolerance;
+    if (!isfinite(start)) return fail(it, "fmi2SetupExperiment: start time = %g is not finite.", start);
+    if (stop_defined && !(stop >= start))
+        return fail(it, "fmi2SetupExperiment: stop time %g s is not after start time %g s.", stop, start);
+    s->t = s->t0 = start;
+    s->stop_defined = stop_defined != fmi2False;
+    s->stop = stop_defined ? stop : 0;
+    return fmi2OK;
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component c)
+{
+    ENTER("fmi2EnterInitializationMode", INSTANTIATED);
+    s->mode = INITIALIZATION;
+    return fmi2OK;
+}
+
+#ifdef check_SZ_ARG
+/* Report every condition that does not hold; return how many. */
+static int check_conditions(const Instance *it)
+{
+    const State *s = &it->s;
+    double margin[N_CONDITIONS], shown[N_SHOWN + 1], *number = shown;
+    int i, violated = 0;
+    CALL(check, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v)), OUT(margin, shown));
+    for (i = 0; i < N_CONDITIONS; i++) {
+        char text[768], *to = text, *const end = text + sizeof text - 32;
+        const char *from = conditions[i];
+        for (; *from; from++) {
+            if (*from == FIELD) to += to < end ? snprintf(to, 32, "%g", *number) : 0, number++;
+            else if (to < end) *to++ = *from;
+        }
+        *to = 0;
+        if (margin[i] > 0) continue; /* a NaN violates */
+        violated++;
+        fail(it, "%s: %s", MODEL_NAME, text);
+    }
+    return violated;
+}
+#endif
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component c)
+{
+    ENTER("fmi2ExitInitializationMode", INITIALIZATION);
+    show(s);
+    s->mode = FAILED;
+#if SAMPLED
+    if (!(P(s->v)[SAMPLE_TIME] > 0))
+        return fail(it, "%s: sample_time = %g s is not positive.", MODEL_NAME, P(s->v)[SAMPLE_TIME]);
+#endif
+#ifdef check_SZ_ARG
+    if (check_conditions(it)) return fmi2Error;
+#endif
+    s->mode = STEPPING;
+    return fmi2OK;
+}
+
+fmi2Status fmi2Terminate(fmi2Component c)
+{
+    ENTER("fmi2Terminate", STEPPING | FAILED);
+    s->mode = TERMINATED;
+    return fmi2OK;
+}
+
+fmi2Status fmi2Reset(fmi2Component c)
+{
+    ENTER("fmi2Reset", ANY);
+    restart(s);
+    return fmi2OK;
+}
+
+/* ---- values ----------------------------------------------------------------------------------------------------- */
+
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[])
+{
+    size_t i;
+    ENTER("fmi2GetReal", INITIALIZATION | STEPPING | TERMINATED | FAILED);
+    for (i = 0; i < n; i++) {
+        if (!within(vr[i], 0, NV)) return no_such_variable(it, "fmi2GetReal", vr[i]);
+        if (SAMPLED || within(vr[i], Y0, NY)) show(s);
+        else if (within(vr[i], D0, ND)) rate(s);
+        else settle(s);
+        value[i] = s->v[vr[i]];
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[])
+{
+    size_t i;
+    int when;
+    ENTER("fmi2SetReal", INSTANTIATED | INITIALIZATION | STEPPING);
+    when = s->mode == STEPPING ? SET_BETWEEN : SET_BEFORE;
+    for (i = 0; i < n; i++) { /* a refused call changes nothing */
+        if (!within(vr[i], 0, NV)) return no_such_variable(it, "fmi2SetReal", vr[i]);
+        if (!(variables[vr[i]].flags & when))
+            return fail(it, "fmi2SetReal: variable %s cannot be set now.", name_of(vr[i]));
+        if (!isfinite(value[i]))
+            return fail(it, "fmi2SetReal: variable %s = %g is not finite.", name_of(vr[i]), value[i]);
+    }
+    for (i = 0; i < n; i++) {
+        s->v[vr[i]] = value[i];
+        s->start_old |= when == SET_BEFORE || within(vr[i], P0, NP);
+        s->y_old = s->d_old = 1;
+    }
+    return fmi2OK;
+}
+
+#define REAL_ONLY(function, type)                                                                                      \
+    fmi2Status function(fmi2Component c, const fmi2ValueReference vr[], size_t n, type value[])                        \
+    {                                                                                                                  \
+        ENTER(#function, ANY);                                                                                         \
+        (void)vr, (void)value;                                                                                         \
+        return n ? fail(it, #function ": all variables of %s are Real.", MODEL_NAME) : fmi2OK;            \
+    }
+REAL_ONLY(fmi2GetInteger, fmi2Integer)
+REAL_ONLY(fmi2SetInteger, const fmi2Integer)
+REAL_ONLY(fmi2GetBoolean, fmi2Boolean)
+REAL_ONLY(fmi2SetBoolean, const fmi2Boolean)
+REAL_ONLY(fmi2GetString, fmi2String)
+REAL_ONLY(fmi2SetString, const fmi2String)
+
+/* ---- derivatives ------------------------------------------------------------------------------------------------ */
+
+static int is_known(const State *s, fmi2ValueReference r)
+{
+    if (s->mode == INITIALIZATION) return within(r, 0, NV) && (variables[r].flags & SET_BEFORE);
+    return within(r, U0, NU) || within(r, X0, NX);
+}
+
+static int is_unknown(const State *s, fmi2ValueReference r)
+{
+    if (within(r, Y0, NV - Y0)) return 1;
+    if (s->mode != INITIALIZATION) return within(r, X0, NX) && (variables[r].flags & OUTPUT);
+    return within(r, C0, NC) || (within(r, X0, NX) && (variables[r].flags & (OUTPUT | SET_BEFORE)) != SET_BEFORE);
+}
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t n_unknown,
+                                        const fmi2ValueReference known[], size_t n_known, const fmi2Real dknown[],
+                                        fmi2Real dunknown[])
+{
+    static const char function[] = "fmi2GetDirectionalDerivative";
+    double seed[NV + 1] = {0}, result[NV + 1] = {0};
+    size_t i;
+    ENTER(function, INITIALIZATION | STEPPING | TERMINATED);
+    for (i = 0; i < n_known; i++) {
+        if (!is_known(s, known[i]))
+            return fail(it, "%s: %s is not a known %s.", function, name_of(known[i]), in_words(s->mode));
+        seed[known[i]] += dknown[i];
+    }
+    for (i = 0; i < n_unknown; i++)
+        if (!is_unknown(s, unknown[i]))
+            return fail(it, "%s: %s is not an unknown %s.", function, name_of(unknown[i]), in_words(s->mode));
+    settle(s);
+    tangent(s, 0, seed, result);
+    for (i = 0; i < n_unknown; i++) dunknown[i] = result[unknown[i]];
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                       const fmi2Integer order[], const fmi2Real value[])
+{
+    static const char function[] = "fmi2SetRealInputDerivatives";
+    size_t i;
+    ENTER(function, INSTANTIATED | INITIALIZATION | STEPPING);
+    for (i = 0; i < n; i++) {
+        if (!within(vr[i], U0, NU) || order[i] < 1 || order[i] > 2)
+            return fail(it, "%s: variable %s, order %d: inputs, order 1 or 2 only.", function, name_of(vr[i]),
+                        order[i]);
+        if (!isfinite(value[i]))
+            return fail(it, "%s: variable %s = %g is not finite.", function, name_of(vr[i]), value[i]);
+    }
+    if (!s->inputs_move) {
+        memset(s->u1, 0, sizeof s->u1);
+        memset(s->u2, 0, sizeof s->u2);
+    }
+    s->inputs_move = 1;
+    for (i = 0; i < n; i++) (order[i] == 1 ? s->u1 : s->u2)[vr[i] - U0] = value[i];
+    return fmi2OK;
+}
+
+/* y' = dy/dt + dy/dx x' + dy/du u', step means held */
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                        const fmi2Integer order[], fmi2Real value[])
+{
+    static const char function[] = "fmi2GetRealOutputDerivatives";
+    double seed[NV + 1] = {0}, result[NV + 1] = {0};
+    size_t i;
+    ENTER(function, STEPPING | TERMINATED);
+    for (i = 0; i < n; i++) {
+        if (!within(vr[i], 0, NV) || !(variables[vr[i]].flags & OUTPUT) || order[i] != 1 || SAMPLED)
+            return fail(it, "%s: variable %s, order %d: %s.", function, name_of(vr[i]), order[i],
+                          SAMPLED ? "sampled outputs have no derivatives" : "outputs, order 1 only");
+    }
+    rate(s);
+    if (ND) memcpy(X(seed), D(s->v), NX * sizeof seed[0]);
+    memcpy(U(seed), s->u1, NU * sizeof seed[0]);
+    tangent(s, 1, seed, result);
+    for (i = 0; i < n; i++) value[i] = result[vr[i]];
+    return fmi2OK;
+}
+
+/* ---- step ------------------------------------------------------------------------------------------------------- */
+
+#if SAMPLED
+/* Commit a sample that is due at the beginning of the step, take those inside it, see whether one is due at its end. */
+static void sample_step(State *s, double t, double step)
+{
+    const double period = P(s->v)[SAMPLE_TIME];
+    double u[NU + 1], tick;
+    if (s->due) {
+        if (P(s->v)[COMMIT_SHOWN] == 0) sample_at(s, t, U(s->v));
+        memcpy(X(s->v), s->x_next, NX * sizeof u[0]);
+        s->sample++;
+    }
+    while ((tick = s->t0 + (double)s->sample * period) < t + step - TICK) {
+        inputs_at(s, tick - t, u);
+        sample_at(s, tick, u);
+        memcpy(X(s->v), s->x_next, NX * sizeof u[0]);
+        s->sample++;
+    }
+    s->due = tick <= t + step + TICK;
+}
+#elif NX
+/* Advance the states by n equal internal steps; step means are the differences of their quantities over the step. */
+static void integrate(State *s, double t, double step, int n)
+{
+    double x[NX], h = step / n, since;
+    int i;
+#ifdef means_SZ_ARG
+    double before[NM], after[NM], end = t + step;
+    CALL(means, IN(&t, X(s->v), P(s->v), C(s->v)), OUT(before));
+#endif
+    for (i = 0; i < n; i++) {
+        since = i * h;
+        CALL(advance, IN(&t, X(s->v), U(s->v), s->u1, s->u2, P(s->v), C(s->v), &since, &h), OUT(x));
+        memcpy(X(s->v), x, sizeof x);
+    }
+#ifdef means_SZ_ARG
+    CALL(means, IN(&end, X(s->v), P(s->v), C(s->v)), OUT(after));
+    for (i = 0; i < NM; i++) s->m[i] = (after[i] - before[i]) / step;
+#endif
+}
+#endif
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real step, fmi2Boolean no_set_state_before)
+{
+    int i;
+    ENTER("fmi2DoStep", STEPPING);
+    (void)no_set_state_before;
+    if (!(step > 0) || !isfinite(step)) return fail(it, "fmi2DoStep: step %g s is not positive.", step);
+    if (!(fabs(t - s->t) <= TICK + 4 * DBL_EPSILON * fabs(t)))
+        return fail(it, "fmi2DoStep: asked to start at %.17g s, the FMU is at %.17g s.", t, s->t);
+    if (s->stop_defined && t + step > s->stop + TICK + 4 * DBL_EPSILON * fabs(s->stop))
+        return fail(it, "fmi2DoStep: a step to %.17g s passes the stop time %.17g s.", t + step, s->stop);
+#if SAMPLED || NX
+    {
+        const double largest = P(s->v)[SAMPLED ? SAMPLE_TIME : SOLVER_STEP];
+        if (!(largest > 0) || step / largest > MOST_STEPS)
+            return fail(it, "fmi2DoStep: %s = %g s does not suit a step of %g s.",
+                          SAMPLED ? "sample_time" : "solver.step", largest, step);
+    }
+#endif
+    if (!s->inputs_move) {
+        memset(s->u1, 0, sizeof s->u1);
+        memset(s->u2, 0, sizeof s->u2);
+    }
+    settle(s);
+#if SAMPLED
+    sample_step(s, t, step);
+#elif NX
+    {
+        const double n = ceil(step / P(s->v)[SOLVER_STEP] - 1e-9);
+        integrate(s, t, step, n > 1 ? (int)n : 1);
+    }
+#endif
+    if (s->inputs_move) { /* inputs stay where the extrapolation ends */
+        double u[NU + 1];
+        inputs_at(s, step, u);
+        memcpy(U(s->v), u, NU * sizeof u[0]);
+        for (i = 0; i < NU; i++) s->u1[i] += step * s->u2[i];
+        s->inputs_move = 0;
+    }
+    s->y_old = s->d_old = 1;
+    for (i = 0; i < NX; i++) {
+        if (isfinite(X(s->v)[i])) continue;
+        s->mode = FAILED; /* s->t stays the last successful time */
+        return fail(it, "fmi2DoStep: state %s is not finite at %.9g s.", variables[X0 + i].name, t + step);
+    }
+    s->t = t + step;
+    if (SAMPLED) show(s); /* before the inputs of the step's end are set: solver.commit_shown */
+    return fmi2OK;
+}
+
+fmi2Status fmi2CancelStep(fmi2Component c)
+{
+    ENTER("fmi2CancelStep", ANY);
+    return fail(it, "fmi2CancelStep: fmi2DoStep returns when the step is done, there is nothing to cancel.");
+}
+
+/* ---- status ----------------------------------------------------------------------------------------------------- */
+
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
+{
+    ENTER("fmi2GetRealStatus", STEPPING | TERMINATED | FAILED);
+    if (kind != fmi2LastSuccessfulTime) return fmi2Discard;
+    *value = s->t;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
+{
+    ENTER("fmi2GetBooleanStatus", STEPPING | TERMINATED | FAILED);
+    if (kind != fmi2Terminated) return fmi2Discard;
+    *value = fmi2False;
+    return fmi2OK;
+}
+
+#define NO_STATUS(function, type)                                                                                      \
+    fmi2Status function(fmi2Component c, const fmi2StatusKind kind, type *value)                                       \
+    {                                                                                                                  \
+        ENTER(#function, STEPPING | TERMINATED | FAILED);                                                              \
+        (void)kind, (void)value;                                                                                       \
+        return fmi2Discard;                                                                                            \
+    }
+NO_STATUS(fmi2GetStatus, fmi2Status)
+NO_STATUS(fmi2GetIntegerStatus, fmi2Integer)
+NO_STATUS(fmi2GetStringStatus, fmi2String)
+
+/* ---- FMU state -------------------------------------------------------------------------------------------------- */
+
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    ENTER("fmi2GetFMUstate", ANY);
+    if (!*state) *state = malloc(sizeof *s);
+    if (!*state) return fail(it, "fmi2GetFMUstate: out of memory.");
+    memcpy(*state, s, sizeof *s);
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
+{
+    ENTER("fmi2SetFMUstate", ANY);
+    if (!state) return fail(it, "fmi2SetFMUstate: there is no state.");
+    memcpy(s, state, sizeof *s);
+    return fmi2OK;
+}
+
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    (void)c;
+    if (!state) return fmi2OK;
+    free(*state);
+    *state = NULL;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
+{
+    ENTER("fmi2SerializedFMUstateSize", ANY);
+    (void)state;
+    *size = sizeof(Serialized);
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
+{
+    Serialized out;
+    ENTER("fmi2SerializeFMUstate", ANY);
+    if (!state) return fail(it, "fmi2SerializeFMUstate: there is no state.");
+    if (size < sizeof out)
+        return fail(it, "fmi2SerializeFMUstate: %lu bytes, needed are %lu.", (unsigned long)size,
+                    (unsigned long)sizeof out);
+    memset(&out, 0, sizeof out);
+    memcpy(out.magic, MAGIC, sizeof out.magic);
+    out.version = SERIALIZED_VERSION;
+    out.size = (uint32_t)sizeof out;
+    snprintf(out.guid, sizeof out.guid, "%s", MODEL_GUID);
+    memcpy(&out.s, state, sizeof out.s);
+    memcpy(bytes, &out, sizeof out);
+    return fmi2OK;
+}
+
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
+{
+    static const char function[] = "fmi2DeSerializeFMUstate";
+    Serialized in;
+    ENTER(function, ANY);
+    if (size >= sizeof in) memcpy(&in, bytes, sizeof in);
+    if (size < sizeof in.magic || memcmp(bytes, MAGIC, sizeof in.magic) != 0)
+        return fail(it, "%s: this is no state of an FMU of this kind.", function);
+    if (size != sizeof in || in.version != SERIALIZED_VERSION || in.size != sizeof in ||
+        strncmp(in.guid, MODEL_GUID, sizeof in.guid) != 0)
+        return fail(it, "%s: the state was saved by another FMU than %s, GUID %s.", function, MODEL_NAME, MODEL_GUID);
+    if (!*state) *state = malloc(sizeof in.s);
+    if (!*state) return fail(it, "%s: out of memory.", function);
+    memcpy(*state, &in.s, sizeof in.s);
+    return fmi2OK;
+}

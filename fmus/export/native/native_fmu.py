@@ -1,0 +1,189 @@
+"""The native back end: a component as C, in an FMU that needs nothing but the C library.
+
+CasADi writes the component's functions (model.c), this module its names, sizes and start values (model.h);
+native/fmi2.c, the same for every component, includes both. The sources travel in the FMU, to be compiled elsewhere.
+"""
+
+import re
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from string import Formatter
+
+import casadi as ca
+import fmpy
+
+from components.framework import Component
+from fmus.description.write import Capabilities, write
+from fmus.errors import BuildError
+from fmus.export.archive import guid_of, write_fmu
+from fmus.export.interface import REGIONS, Interface, Scalar
+from fmus.toolchain import HOST, SUFFIXES, compile_library, host_platform, resolve_platforms
+
+BACKEND = "native"
+RUNTIME = Path(__file__).with_name("fmi2.c")
+HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
+FIELD = "\1"  # stands for a number in the text of a condition, as in fmi2.c
+
+
+def build_native(
+    component: Component, path: Path, model_name: str | None = None, platforms: Sequence[str] = (HOST,)
+) -> Path:
+    """Write a native FMU of the component to `path` and return it; the same component gives the same bytes.
+
+    platforms: "host", "all", "linux64", "win64", "darwin64". Raises BuildError, NoCompiler, CompileFailed.
+    """
+    name = model_name or path.stem
+    if component.python_only:
+        raise BuildError(
+            f"{component.name} is written in plain Python, which gives no C: build it with --backend python."
+        )
+    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name, re.ASCII):
+        raise BuildError(f"an FMU's name is an identifier of C (letters, digits, _), {name!r} is none.")
+    wanted = resolve_platforms(platforms)
+    interface = Interface(component, name, derivatives=True)
+    sources = native_sources(interface)
+    files = {f"sources/{file}": data for file, data in sources.items()}
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place) / "sources"
+        folder.mkdir()
+        for file, data in sources.items():
+            (folder / file).write_bytes(data)
+        for platform in wanted:
+            system = host_platform() if platform == HOST else platform
+            library = Path(place) / system / f"{name}{SUFFIXES[system]}"
+            compile_library(folder, RUNTIME.name, library, platform)
+            files[f"binaries/{system}/{library.name}"] = library.read_bytes()
+    description = write(interface, _capabilities(interface), native_guid(interface, sources))
+    return write_fmu(path, {"modelDescription.xml": description, **files})
+
+
+def native_sources(interface: Interface) -> dict[str, bytes]:
+    """Return the C sources of an FMU by file name; fmi2.c is the one to compile."""
+    code, sizes = _generated(interface.component)
+    sources = {file: (Path(fmpy.__file__).parent / "c-code" / file).read_bytes() for file in HEADERS}
+    sources |= {RUNTIME.name: RUNTIME.read_bytes(), "model.c": code, "model.h": _model_header(interface)}
+    sources["model.c"] += sizes
+    sources["model.h"] += f'#define MODEL_GUID "{native_guid(interface, sources)}"\n'.encode()
+    return sources
+
+
+def native_guid(interface: Interface, sources: dict[str, bytes]) -> str:
+    """Return the hash of the interface and the sources, but for the line in model.h that holds it."""
+    header = re.sub(rb"#define MODEL_GUID .*\n", b"", sources["model.h"])
+    return guid_of(BACKEND, write(interface, _capabilities(interface), ""), sources | {"model.h": header})
+
+
+def _capabilities(interface: Interface) -> Capabilities:
+    return Capabilities(
+        interpolates_inputs=True,
+        output_derivative_order=0 if interface.component.sampled else 1,
+        directional_derivatives=True,
+        source_files=(RUNTIME.name,),
+    )
+
+
+# ---- model.c -----------------------------------------------------------------------------------------------
+
+
+def _functions(part: Component) -> list[ca.Function]:
+    """Return the functions that the component has anything to compute with."""
+    f = part.functions
+    moving = bool(part.size(part.states)) and not part.sampled
+    calculated = any(s.calculated and s.size for s in part.states)
+    means = any(o.step_mean and o.size for o in part.outputs_declared)
+    outputs = bool(part.size(part.outputs_declared))
+    if means and not moving:
+        raise BuildError(
+            f"{part.name}: a step mean is the rate of something that states make; there are no continuous states."
+        )
+    chosen: list[ca.Function] = []
+    if moving:
+        chosen += [f.rates, f.advance]
+    if part.sampled and part.size(part.states):
+        chosen.append(f.update)
+    if outputs:
+        chosen.append(f.outputs)
+    if means:
+        chosen += [f.means, f.mean_rates]
+    if part.size(part.calculated_parameters):
+        chosen += [f.calculate, f.calculate_forward]
+    if calculated:
+        chosen.append(f.initial)
+    if calculated or means:
+        chosen.append(f.initial_forward)
+    if f.conditions:
+        chosen.append(f.check)
+    if outputs or moving:
+        chosen.append(f.forward)
+    return chosen
+
+
+def _generated(part: Component) -> tuple[bytes, bytes]:
+    """Return the C code of the component's functions, and the sizes of their arguments, results and work vectors."""
+    generator = ca.CodeGenerator("model.c", {"with_header": True, "casadi_int": "int"})
+    functions = _functions(part)
+    for function in functions:
+        generator.add(function)
+    with tempfile.TemporaryDirectory() as place:
+        generator.generate(f"{place}/")
+        code = (Path(place) / "model.c").read_bytes()
+        header = (Path(place) / "model.h").read_bytes()
+    names = "|".join(f.name() for f in functions) or "-"
+    sizes = re.findall(rf"^#define (?:{names})_SZ_\w+ \d+$".encode(), header, re.MULTILINE)
+    return code, b"".join(line + b"\n" for line in sizes)
+
+
+# ---- model.h -----------------------------------------------------------------------------------------------
+
+
+def _model_header(interface: Interface) -> bytes:
+    part = interface.component
+    conditions = part.functions.conditions
+    sizes = {f"N{region.upper()}": interface.size[region] for region in REGIONS}
+    sizes["NM"] = len(interface.step_means)
+    sizes["N_CONDITIONS"] = len(conditions)
+    sizes["N_SHOWN"] = sum(len(c.shown) for c in conditions)
+    references = {s.name: s.value_reference for s in interface.variables}
+    lines = [f"/* Generated from the component {part.name}. */", f"#define MODEL_NAME {_quoted(interface.model_name)}"]
+    lines += [f"#define {name} {size}" for name, size in sizes.items()]
+    lines.append(f"#define SAMPLED {int(part.sampled)}")
+    for macro, name in (
+        ("SOLVER_STEP", "solver.step"),
+        ("SAMPLE_TIME", "sample_time"),
+        ("COMMIT_SHOWN", "solver.commit_shown"),
+    ):
+        lines.append(f"#define {macro} {references.get(name, 0)}")
+    rows = [f"    {{{_quoted(s.name)}, {(s.start or 0.0)!r}, {_flags(s)}}}," for s in interface.variables]
+    lines += ["static const Variable variables[] = {", *rows, '    {"", 0.0, 0}};']
+    if conditions:
+        texts = [f"    {_quoted(_pattern(part, c.text, len(c.shown)))}," for c in conditions]
+        lines += ["static const char *const conditions[] = {", *texts, "};"]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _flags(scalar: Scalar) -> str:
+    """Return when a variable may be set and whether it is an output, in the words of fmi2.c."""
+    flags: list[str] = []
+    if scalar.start is not None:
+        flags.append("SET_BEFORE")
+    if scalar.causality == "input" or (scalar.causality == "parameter" and scalar.variability == "tunable"):
+        flags.append("SET_BETWEEN")
+    if scalar.causality == "output":
+        flags.append("OUTPUT")
+    return " | ".join(flags) or "0"
+
+
+def _pattern(part: Component, text: str, shown: int) -> str:
+    """Return the text of a condition with FIELD in the place of every number."""
+    pieces = list(Formatter().parse(text))
+    if sum(field is not None for _, field, _, _ in pieces) != shown:
+        raise BuildError(
+            f"{part.name}: check: {text!r} has not one {{}} for each of the {shown} numbers that it shows."
+        )
+    return "".join(literal + (FIELD if field is not None else "") for literal, field, _, _ in pieces)
+
+
+def _quoted(text: str) -> str:
+    """Return a C string literal; what is not plain ASCII as octal escapes."""
+    return '"' + "".join(chr(b) if 32 <= b < 127 and b not in b'"\\?' else f"\\{b:03o}" for b in text.encode()) + '"'

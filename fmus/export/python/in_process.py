@@ -1,0 +1,113 @@
+"""A slave without an FMU: the Python runtime behind the functions that a master calls. For fast tests of masters.
+
+It is no FMU, so a master must be told what one would have said: its interface, read from `description`, and the
+exception that stands for a failed call.
+"""
+
+import json
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from components.framework import Component
+from fmus.description.write import Capabilities, write
+from fmus.export.interface import Interface
+from fmus.export.python.runtime import Runtime, RuntimeFailure
+
+CAPABILITIES = Capabilities(interpolates_inputs=True)
+
+
+def description(component: Component, model_name: str | None = None) -> bytes:
+    """Return the modelDescription.xml that an FMU with the capabilities of this slave would have."""
+    return write(Interface(component, model_name or component.name, derivatives=False), CAPABILITIES, "{in-process}")
+
+
+class InProcessSlave:
+    """One instance of a component in this process.
+
+    description: what the master reads from `description(component)`. failed(instance, function, status, messages)
+    returns the exception that the master expects where an FMU would have returned an error.
+    """
+
+    def __init__(self, name: str, component: Component, description: Any, failed: Callable[..., Exception]):
+        self.name, self.description, self.messages = name, description, list[str]()
+        self._component, self._failed = component, failed
+        self._runtime = Runtime(component)
+
+    def _call(self, function: str, call: Callable[..., Any], *arguments: Any) -> Any:
+        try:
+            return call(*arguments)
+        except RuntimeFailure as error:
+            self.messages.append(str(error))
+            raise self._failed(self.name, function, "fmi2Error", tuple(self.messages)) from error
+
+    def instantiate(self) -> None:
+        """Start afresh."""
+        self._runtime = Runtime(self._component)
+
+    def set(self, variable: Any, value: float) -> None:
+        """Set one variable."""
+        self._call("fmi2SetReal", self._runtime.set, [variable.value_reference], [value])
+
+    def setup_experiment(self, t: float) -> None:
+        """Announce the start time."""
+        self._runtime.setup(t)
+
+    def enter_initialization_mode(self) -> None:
+        """Nothing changes: variables follow every set until initialization ends."""
+
+    def exit_initialization_mode(self) -> None:
+        """Check the component's conditions and freeze what was calculated."""
+        self._call("fmi2ExitInitializationMode", self._runtime.exit_initialization)
+
+    def get_real(self, references: Sequence[int]) -> np.ndarray:
+        """Return values, shape (n,)."""
+        return np.array(self._runtime.get(list(references)))
+
+    def set_real(self, references: Sequence[int], values: np.ndarray) -> None:
+        """Set values, shape (n,)."""
+        self._call("fmi2SetReal", self._runtime.set, list(references), values.tolist())
+
+    def set_input_derivatives(self, references: Sequence[int], orders: Sequence[int], values: np.ndarray) -> None:
+        """Set derivatives of inputs for the next step."""
+        call = self._runtime.set_input_derivatives
+        self._call("fmi2SetRealInputDerivatives", call, references, orders, values.tolist())
+
+    def get_output_derivatives(self, references: Sequence[int], orders: Sequence[int]) -> np.ndarray:
+        """Not offered: maxOutputDerivativeOrder is 0."""
+        raise self._failed(self.name, "fmi2GetRealOutputDerivatives", "fmi2Error", ("no output derivatives.",))
+
+    def do_step(self, t: float, h: float) -> None:
+        """Step from t to t + h."""
+        self._call("fmi2DoStep", self._runtime.do_step, t, h)
+
+    def get_state(self) -> Any:
+        """Return the whole state."""
+        return self._runtime.save()
+
+    def set_state(self, state: Any) -> None:
+        """Take a state back."""
+        self._runtime.restore(state)
+
+    def free_state(self, state: Any) -> None:
+        """Nothing to free."""
+
+    def serialize_state(self, state: Any) -> bytes:
+        """Return a state as bytes."""
+        return json.dumps(state).encode()
+
+    def deserialize_state(self, data: bytes) -> Any:
+        """Return the state of bytes."""
+        return json.loads(data)
+
+    def directional_derivative(self, unknowns: Sequence[int], knowns: Sequence[int], seed: np.ndarray) -> np.ndarray:
+        """Not offered: providesDirectionalDerivative is false."""
+        raise self._failed(self.name, "fmi2GetDirectionalDerivative", "fmi2Error", ("no directional derivatives.",))
+
+    def terminate(self) -> None:
+        """End the run."""
+
+    def free(self) -> None:
+        """Drop the CasADi objects."""
+        self._runtime.release()

@@ -1,0 +1,83 @@
+"""The python back end: a pythonfmu FMU that carries the component's own source, to be opened and edited.
+
+pythonfmu gives the wrapper binaries and Fmi2Slave; modelDescription.xml is ours. resources/ holds
+
+    source/             the component's module and what it imports, beside our runtime
+    component.json      which class, its structure and start values
+    interface.json      what modelDescription.xml says, to be compared with the source when the FMU is instantiated
+    adcs_slave_*.py     the pythonfmu script (python/slave.py), its name hashed from its content
+    pythonfmu/          so that the FMU needs only numpy and casadi on the target
+"""
+
+import hashlib
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pythonfmu
+
+from components.framework import Component
+from fmus.description.write import Capabilities, write
+from fmus.errors import BuildError
+from fmus.export.archive import guid_of, write_fmu
+from fmus.export.interface import Interface
+from fmus.export.sources import Sources, sources_of
+
+BACKEND = "python"
+SLAVE = Path(__file__).with_name("slave.py")
+TRAVELLERS = ("fmus.export.interface", "fmus.export.python.runtime", "fmus.export.source_loader")
+REQUIREMENTS = "numpy>=1.26\ncasadi>=3.7,<3.9\n"
+
+
+def sources_of_component(component: Component) -> Sources:
+    """Return the source files of a component's class, wherever it was defined."""
+    cls = type(component)
+    module = sys.modules[cls.__module__]
+    if cls.__module__.partition(".")[0] == "components":
+        return sources_of(cls.__module__)
+    file = getattr(module, "__file__", None)
+    if not file:
+        raise BuildError(
+            f"{cls.__name__} was defined interactively: put the class into a file, so that an FMU can carry it."
+        )
+    path = Path(file).resolve()
+    return sources_of(path.stem, path.parent)
+
+
+def _plain(value: Any) -> Any:
+    return np.asarray(value).tolist()
+
+
+def build_python(component: Component, path: Path, model_name: str | None = None) -> Path:
+    """Write a python FMU of the component to `path` and return it."""
+    name = model_name or path.stem
+    sources = sources_of_component(component)
+    files = dict(sources.files)
+    for module in TRAVELLERS:
+        files |= sources_of(module).files
+    settings = {
+        "model_name": name,
+        "module": sources.module,
+        "class": type(component).__name__,
+        "values": {key: _plain(value) for key, value in component.given.items()},
+    }
+    interface = Interface(component, name, derivatives=False)
+    script = SLAVE.read_bytes()
+    script_name = f"adcs_slave_{hashlib.sha256(script).hexdigest()[:12]}"
+    resources: dict[str, bytes] = {f"source/{relative}": file.read_bytes() for relative, file in files.items()}
+    resources["component.json"] = json.dumps(settings, indent=1).encode()
+    resources["interface.json"] = json.dumps(interface.summary()).encode()
+    resources["requirements.txt"] = REQUIREMENTS.encode()
+    resources["slavemodule.txt"] = script_name.encode()
+    resources[f"{script_name}.py"] = script
+    package = Path(str(pythonfmu.__file__)).parent
+    for file in sorted(package.glob("*.py")):
+        resources[f"pythonfmu/{file.name}"] = file.read_bytes()
+    archive = {f"resources/{relative}": data for relative, data in resources.items()}
+    for binary in sorted((package / "resources" / "binaries").rglob("*.*")):
+        archive[f"binaries/{binary.parent.name}/{name}{binary.suffix}"] = binary.read_bytes()
+    capabilities = Capabilities(needs_execution_tool=True)
+    guid = guid_of(BACKEND, write(interface, capabilities, ""), archive)
+    return write_fmu(path, {"modelDescription.xml": write(interface, capabilities, guid), **archive})

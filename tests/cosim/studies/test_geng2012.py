@@ -1,0 +1,216 @@
+"""geng2012: its systems, claims on made-up runs, figures."""
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pytest
+from geng2012_loop import loop, start
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.spatial.transform import Rotation
+
+from components.catalog import CATALOG
+from cosim.results.result import Result
+from cosim.studies import papers, plots
+from cosim.studies.papers import geng2012
+from cosim.studies.papers.geng2012 import system
+from cosim.system.expand import wire
+from cosim.system.system import Value
+from fmus.description.read import parse_description
+from fmus.export.python.in_process import description
+
+from . import geng2012_reference as outside
+
+NAMES = list(geng2012.systems())
+T = np.linspace(0.0, 100.0, 2001)
+STRUCTURE = {"actuators": {"gimbals": 2}, "plant": {"modes": 4}}
+
+
+def number(value):
+    return value.value if isinstance(value, Value) else value
+
+
+def table(time, **variables) -> Result:
+    columns = {"time": time}
+    for name, rows in variables.items():
+        rows = np.asarray(rows)
+        full = name.replace("__", ".")
+        columns |= {full: rows} if rows.ndim == 1 else {f"{full}[{i + 1}]": rows[:, i] for i in range(rows.shape[1])}
+    return Result(pa.table(columns), {})
+
+
+def synthetic(settles=30.0, rate=0.01, measure=0.5, drift=0.0, eta=1e-3, time=T) -> Result:
+    """A run that comes within 0.1 deg at a time, with a rate (deg/s) and a modal coordinate that stay."""
+    error = 60.0 * np.exp(-time / settles * np.log(600.0))
+    turn = Rotation.from_rotvec(np.radians(error)[:, None] * [0, -1, 0])
+    still = np.ones((len(time), 3))
+    return table(
+        time,
+        plant__q_BN=turn.as_quat(scalar_first=True),
+        guidance__q_RN=np.tile([1.0, 0, 0, 0], (len(time), 1)),
+        plant__omega_BN_B=np.radians(rate) * still,
+        plant__eta=eta * np.cos(time)[:, None] * np.ones((len(time), 4)),
+        controller__rho=0.3 * still + drift * time[:, None],
+        controller__tau_command_B=np.exp(-time)[:, None] * still,
+        actuators__tau_B=np.exp(-time)[:, None] * still,
+        actuators__gimbal_angle=np.outer(np.sin(time), [1, -1]),
+        steering__gimbal_rate_command=np.outer(np.cos(time), [0.1, -0.1]),
+        steering__wheel_acceleration_command=0.1 * still,
+        steering__singularity=measure * np.ones(len(time)),
+    )
+
+
+# The systems
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_system_fits_its_components(name):
+    """All inputs fed, every parameter known, every unit convertible: nothing is left to complain about."""
+    flight, experiment = papers.scenario(name)
+    descriptions = {
+        instance: parse_description(
+            description(CATALOG[reference.split(":")[0]]().variant(**STRUCTURE.get(instance, {}))), Path(reference)
+        )
+        for instance, reference in flight.components.items()
+    }
+    settings = {str(port): value for port, value in wire(flight, descriptions).settings.items()}
+    assert flight.name == name
+    assert settings["plant.J[1,1]"] == pytest.approx(1.2 * 70)
+    assert settings["controller.J[1,1]"] == settings["observer.J[1,1]"] == 70
+    assert settings["steering.rotor_momentum[2]"] == settings["actuators.rotor_momentum[2]"] == 15.0
+    assert settings["guidance.angle"] == pytest.approx(np.pi / 3)
+    assert (experiment.stop_time, experiment.communication_step_size) == (100.0, 1e-3)
+
+
+def test_the_paper_s_numbers_are_the_components_start_values():
+    flight, _ = papers.scenario(system.COMPENSATED)
+    vehicle = {f"{i}.{n}": v for n, v in flight.vehicle.items() for i in ("controller", "observer", "steering")}
+    for instance, part in loop().items():
+        for name in (v.name for v in part.parameters):
+            value = flight.parameters.get(f"{instance}.{name}", vehicle.get(f"{instance}.{name}"))
+            if value is None or (isinstance(value, Value) and value.unit in ("deg", "deg/s")):
+                continue
+            assert_allclose(number(value), start(part, name), rtol=1e-12, atol=1e-15, err_msg=f"{instance}.{name}")
+
+
+def test_the_numbers_are_those_of_the_outside_reference():
+    assert_array_equal(system.J, outside.NOMINAL)
+    assert_array_equal(system.F, outside.F)
+    states = ("e", "eta", "omega", "eta_dot")
+    assert_array_equal(np.hstack([system.SURFACE[n] for n in states]), outside.D)
+    assert_allclose(np.hstack([system.GAIN[n] for n in states]), outside.G, rtol=1e-4, atol=1e-5)
+    assert_array_equal(system.CENTRES, outside.CENTRES)
+    assert_allclose(2 * np.array(system.ZETA) * system.OMEGA, outside.C)
+
+
+def test_the_experiments_differ_in_what_their_names_say():
+    common = papers.scenario(system.UNCOMPENSATED)[0].parameters
+
+    def changed(name):
+        own = papers.scenario(name)[0].parameters
+        return {n.split(".")[1]: number(own[n]) for n in own if own[n] != common[n]}
+
+    assert changed(system.COMPENSATED) == {"network": 1}
+    assert changed(system.LINEAR) == {"constant_gain": 0}
+    assert changed(system.PRINTED_GAIN) == {"constant_gain": 0, "printed_gain": 1}
+    assert changed(system.Z_WHEEL_ONLY) == {"constant_gain": 0, "trim_wheels": 0, "hand_over": 0}
+    assert changed(system.END_PHASE_WHEELS) == {"constant_gain": 0, "trim_wheels": 2}
+    assert changed(system.PRINTED_GAMMA) == {"network": 1, "gamma_W": 0.01}
+    assert changed(system.WEAK) == {"constant_gain": 0.02}
+
+
+def test_measurement_and_reference_carry_one_time_stamp():
+    flight, _ = papers.scenario(system.COMPENSATED)
+    timings = {c.target: c.timing for c in flight.connections}
+    assert {t for target, t in timings.items() if target.startswith(("controller", "steering"))} == {"after_step"}
+    assert (timings["plant.h_B"], timings["observer.omega_BN_B"]) == ("ramp", "ramp")
+
+
+def test_registry():
+    assert [n for n in papers.systems() if n.startswith("geng2012")] == NAMES
+    assert all(papers.descriptions()[n] for n in NAMES)
+    five = ("compensated", "uncompensated", "linear", "printed-gain", "z-wheel-only")
+    assert {f"geng2012-{n}" for n in five} <= set(NAMES)
+
+
+# Claims
+
+COMPENSATED, UNCOMPENSATED, LINEAR = system.COMPENSATED, system.UNCOMPENSATED, system.LINEAR
+CASES = {  # start of the claim -> runs that fulfil it, runs that do not
+    "without": (
+        {UNCOMPENSATED: dict(settles=45.0, rate=0.05), system.WEAK: dict(settles=49.0), system.STRONG: {}},
+        {UNCOMPENSATED: dict(settles=55.0, rate=0.2), system.WEAK: dict(settles=70.0), system.STRONG: {}},
+    ),
+    "with compensation 0.1": (
+        {COMPENSATED: dict(settles=38.0), system.PRINTED_GAMMA: dict(settles=39.0)},
+        {COMPENSATED: dict(settles=41.0), system.PRINTED_GAMMA: dict(settles=60.0)},
+    ),
+    "with compensation 0.02": ({COMPENSATED: dict(rate=0.019)}, {COMPENSATED: dict(rate=0.021)}),
+    "compensation makes": (
+        {COMPENSATED: dict(settles=30), UNCOMPENSATED: dict(settles=41), LINEAR: dict(settles=42)},
+        {COMPENSATED: dict(settles=30), UNCOMPENSATED: dict(settles=45), LINEAR: dict(settles=31)},
+    ),
+    "the gyros": ({COMPENSATED: dict(measure=0.5)}, {COMPENSATED: dict(measure=1e-4)}),
+    "the network's": ({COMPENSATED: dict(drift=1e-4)}, {COMPENSATED: dict(drift=1e-3)}),
+    "compensation suppresses": (
+        {COMPENSATED: dict(eta=1e-3), UNCOMPENSATED: dict(eta=2e-3), LINEAR: dict(eta=2e-3)},
+        {COMPENSATED: dict(eta=1e-3), UNCOMPENSATED: dict(eta=9e-4), LINEAR: dict(eta=1e-3)},
+    ),
+}
+
+
+def claim(words):
+    (found,) = [c for c in geng2012.CLAIMS if c.text.startswith(words)]
+    return found
+
+
+@pytest.mark.parametrize("words", CASES)
+def test_each_claim_can_come_out_either_way(words):
+    good, bad = ({n: synthetic(**changes) for n, changes in runs.items()} for runs in CASES[words])
+    holds, fails = claim(words).judge(good), claim(words).judge(bad)
+    assert holds.verdict == "reproduced", holds
+    assert fails.verdict == "not reproduced", fails
+    assert holds.measured != fails.measured
+
+
+def test_every_claim_has_a_case():
+    assert len(CASES) == len(geng2012.CLAIMS)
+
+
+def test_one_choice_that_fails_makes_it_partly():
+    runs = {COMPENSATED: synthetic(settles=30), system.PRINTED_GAMMA: synthetic(settles=1000)}
+    verdict = claim("with compensation 0.1").judge(runs)
+    assert (verdict.verdict, verdict.holds) == ("partly", {"gamma = 1": True, "gamma as printed": False})
+
+
+def test_a_run_that_ended_early_is_not_judged():
+    verdict = claim("the gyros").judge({COMPENSATED: synthetic(time=T[T <= 50])})
+    assert (verdict.verdict, verdict.measured) == ("not judged", "needs 100 s of geng2012-compensated, it has 50 s")
+
+
+# Figures
+
+
+def test_figures_are_those_of_the_paper():
+    drawn = geng2012.figures({name: synthetic(settles=30 + 5 * i) for i, name in enumerate(NAMES)})
+    numbered = {"fig04_fig06_attitude_error", "fig04_fig06_rates", "fig05_fig09_modal_coordinates"}
+    further = {"fig07_singularity_and_gimbals", "fig08_estimate", "torque", "all_experiments"}
+    assert set(drawn) == numbered | further
+    for name, figure in drawn.items():
+        assert figure.legends, name
+        assert all(ax.lines and ax.get_xlim()[1] > 0 for ax in figure.axes), name
+        assert all("(" in ax.get_ylabel() for ax in figure.axes if ax.get_ylabel()), name
+    overlaid = [text.get_text() for text in drawn["fig04_fig06_attitude_error"].legends[0].texts]
+    assert overlaid == ["with compensation", r"without, $\rho_0$ = 0.15 N m", "linear law", "0.1 deg"]
+    gyros = [text.get_text() for text in drawn["fig07_singularity_and_gimbals"].legends[0].texts]
+    assert gyros[:3] == overlaid[:3] and gyros[-3:] == ["singular below 0.01", "rate limit", "dead zone"]
+    torque = [text.get_text() for text in drawn["torque"].legends[0].texts]
+    assert torque == ["asked", "on the hub", "by the wheels", "limit, plane", "limit, wheels"]
+    assert len(drawn["all_experiments"].axes[0].lines) == len(NAMES) + 1
+
+
+def test_figures_of_one_short_run(tmp_path):
+    drawn = papers.figures(COMPENSATED, synthetic(time=T[T <= 10]))
+    assert {"attitude_error", "fig04_fig06_attitude_error", "fig07_singularity_and_gimbals"} <= set(drawn)
+    assert all(file.is_file() for file in plots.save(drawn, tmp_path))
+    assert set(geng2012.figures({system.PRINTED_GAIN: synthetic()})) == {"all_experiments"}

@@ -1,0 +1,179 @@
+"""The systems and claims of li2014."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pytest
+
+from components.catalog import CATALOG
+from cosim.results.result import Result
+from cosim.studies import metrics, papers
+from cosim.studies.papers import li2014
+from cosim.studies.papers.claims import judge
+from cosim.studies.papers.li2014 import spectrum, system
+from cosim.system.expand import wire
+from cosim.system.system import Value
+from fmus.description.read import parse_description
+from fmus.export.python.in_process import description
+
+IDEAL = (system.NN, system.NO_NN, system.NN_LVLH, system.NO_NN_LVLH)
+
+
+@pytest.mark.parametrize("name", li2014.systems())
+def test_the_system_fits_its_components(name):
+    """All inputs fed, every parameter known, every unit convertible: nothing is left to complain about."""
+    flight, experiment = papers.scenario(name)
+    assert flight.name == name
+    descriptions = {
+        instance: parse_description(description(CATALOG[reference]()), Path(reference))
+        for instance, reference in flight.components.items()
+    }
+    settings = {str(port): value for port, value in wire(flight, descriptions).settings.items()}
+    assert settings["plant.J[2,2]"] == settings["controller.J[2,2]"] == 200.0
+    assert settings["plant.cage_gap"] == 4e-3
+    long = {system.ACTUATORS: 2000.0, system.NN_SPECTRUM: 2000.0, system.NO_NN_SPECTRUM: 2000.0}
+    assert experiment.stop_time == (long | {system.PRINTED_START: 60.0}).get(name, 200.0)
+
+
+@pytest.mark.parametrize("name", IDEAL)
+def test_components_start_at_the_numbers_of_the_paper(name):
+    """What a system sets and a component has as its own start agree, except what the experiment is about."""
+    flight, _ = papers.scenario(name)
+    starts = {
+        instance: {v.name: v.start for v in (*part.parameters, *part.states)}
+        for instance, part in ((i, CATALOG[r]()) for i, r in flight.components.items())
+    }
+    differ = set()
+    for target, value in flight.parameters.items():
+        instance, variable = target.split(".", 1)
+        number = np.asarray(value.value if isinstance(value, Value) else value, float)
+        factor = {"mm": 1e-3, "deg": np.pi / 180}.get(value.unit if isinstance(value, Value) else None, 1.0)
+        if not np.allclose(number * factor, starts[instance][variable], rtol=1e-12, atol=1e-15):
+            differ.add(target)
+    expected = {"plant.solver.step", "controller.solver.step"}
+    expected |= {"controller.network"} if "no-nn" in name else set()
+    expected |= {"plant.q_SN", "plant.omega_SN_S"} if "lvlh" in name else {"guidance.angle"}
+    assert differ == expected
+
+
+def test_initial_states_are_those_of_the_equations():
+    """The state at t = 0 of equations/parameters.json, for the LVLH case too."""
+    lvlh = system.initial_state(lvlh=True)
+    q = [0.562006422768794, 0.24402224156899613, -0.7830788186568098, 0.1067215543239574]
+    w = [-8.150161646771547e-06, -0.0011672740507584246, 1.009059743330371e-05]
+    np.testing.assert_allclose(lvlh["plant.q_SN"] * np.sign(lvlh["plant.q_SN"][0]), q, atol=1e-15)
+    np.testing.assert_allclose(lvlh["plant.omega_SN_S"].value, w, atol=1e-17)
+    inertial = system.initial_state(lvlh=False)
+    q = [0.9999809216719303, 0.004372406155852035, -0.002602719276952274, 0.003502029258937982]
+    np.testing.assert_allclose(inertial["plant.q_SN"], q, atol=1e-15)
+    q = [0.9999277701901729, 0.008756700008556063, -0.004302115180700307, 0.007019003664389736]
+    np.testing.assert_allclose(inertial["plant.q_TS"], q, atol=1e-15)
+
+
+def made(stop=200.0, step=0.1, residual=None, caught=None, **variables) -> Result:
+    """A run that is quiet except for what is given; caught: when the test mass reaches its cage, s."""
+    t = np.arange(0, stop + step / 2, step)
+    rows = {
+        "plant.r_rel": np.zeros((len(t), 3)),
+        "plant.q_SN": np.tile([1.0, 0, 0, 0], (len(t), 1)),
+        "plant.q_TS": np.tile([1.0, 0, 0, 0], (len(t), 1)),
+        "guidance.q_RN": np.tile([1.0, 0, 0, 0], (len(t), 1)),
+        "plant.residual_acceleration_S": np.zeros((len(t), 3)) if residual is None else residual(t),
+        "environment.f_dist_B": np.zeros((len(t), 3)),
+        "plant.f_dist_S": np.zeros((len(t), 3)),
+        "plant.f_command_S": np.zeros((len(t), 3)),
+        "controller.f_command_S": np.full((len(t), 3), 2.1),
+    }
+    rows |= {name.replace("__", "."): np.ones((len(t), 1)) * np.ravel(value) for name, value in variables.items()}
+    rows |= {name: np.tile(v, (1, 3)) for name, v in rows.items() if v.shape[1] == 1}
+    free = np.inf if caught is None else caught
+    columns = {"time": t, "plant.cage_contact": (t >= free).astype(float), "plant.contact_time": np.minimum(t, free)}
+    columns |= {f"{n}[{i + 1}]": v[:, i] for n, v in rows.items() for i in range(v.shape[1])}
+    return Result(pa.table(columns), {})
+
+
+def test_density_of_white_noise():
+    rng = np.random.default_rng(1)
+    run = made(4000.0, 0.2, lambda t: 3e-14 * np.sqrt(2.5) * rng.normal(size=(len(t), 3)))
+    f, values = spectrum.residual_density(run)
+    assert np.sqrt((values[(f > 0.1) & (f < 2)] ** 2).mean()) == pytest.approx(3e-14, rel=0.03)
+
+
+def noisy(level, satellite=1e-9, seed=1):
+    """White noise of the test mass and of the satellite, deviations in m/s2; 0.63 of it a sqrt(Hz)."""
+    rng = np.random.default_rng(seed)
+    run = made(2000.0, 0.2, lambda t: level * rng.normal(size=(len(t), 3)))
+    names = [f"plant.f_command_S[{i}]" for i in (1, 2, 3)]
+    for name in names:
+        force = pa.array(system.M_SC * satellite * rng.normal(size=len(run)))
+        run = Result(run.table.set_column(run.table.column_names.index(name), name, force), {})
+    return run
+
+
+def verdicts(**changes):
+    runs = {system.NN: made(plant__r_rel=1e-9), system.NO_NN: made(plant__r_rel=1e-6)}
+    runs |= {system.NN_SPECTRUM: noisy(1e-15), system.NO_NN_SPECTRUM: noisy(1e-13), system.ACTUATORS: noisy(1e-15)}
+    runs |= {system.PRINTED_START: made()}
+    runs |= {getattr(system, name): run for name, run in changes.items()}
+    return [v.verdict for v in judge(li2014.CLAIMS, runs)]
+
+
+def turned(angle):
+    """Quaternions of a small turn about x, a row of them."""
+    return np.array([np.cos(angle / 2), np.sin(angle / 2), 0.0, 0.0])
+
+
+CASES = {  # claim -> what makes it come out reproduced, partly (where it has parts), not reproduced
+    0: ({}, None, dict(NN=made(plant__r_rel=2e-6))),
+    1: (
+        {},
+        dict(NN=made(plant__q_SN=turned(2e-6))),
+        dict(NN=made(plant__q_SN=turned(2e-6), plant__q_TS=turned(2e-6))),
+    ),
+    2: ({}, dict(NO_NN=made(plant__r_rel=2e-9)), dict(NO_NN_SPECTRUM=noisy(1e-15), NO_NN=made(plant__r_rel=1e-9))),
+    3: (
+        dict(NN=made(controller__f_command_S=0.01)),
+        {},  # the command is too large, yet the test mass stays free
+        dict(PRINTED_START=made(caught=41.0)),
+    ),
+    4: (
+        {},
+        dict(ACTUATORS=noisy(1e-12)),
+        dict(ACTUATORS=noisy(1e-12, 1e-6), NN_SPECTRUM=noisy(1e-12, 1e-6)),
+    ),
+}
+
+
+@pytest.mark.parametrize("number", CASES)
+def test_each_claim_can_come_out_each_way(number):
+    good, half, bad = CASES[number]
+    assert verdicts(**good)[number] == "reproduced"
+    assert half is None or verdicts(**half)[number] == "partly"
+    assert verdicts(**bad)[number] == "not reproduced"
+
+
+def test_every_claim_has_a_case():
+    assert len(CASES) == len(li2014.CLAIMS)
+
+
+def test_a_short_run_is_not_judged():
+    assert verdicts(NN=made(100.0))[0] == "not judged"
+
+
+def test_the_requirement_of_lisa_pathfinder_rises_with_the_square_of_the_frequency():
+    """ESA: 3e-14 m/s2/sqrt(Hz), rising with frequency squared above 3 mHz: twice that at 3 mHz, 101 times at 30 mHz."""
+    np.testing.assert_allclose(spectrum.lisa_pathfinder(np.array([0.0, 3e-3, 30e-3])), [3e-14, 6e-14, 101 * 3e-14])
+    f = np.array([0.0, 5e-3, 30e-3, 0.1])
+    values = np.outer([1.0, 3e-14, 101 * 6e-14, 1.0], [1.0, 0, 0])
+    assert spectrum.above_lisa_pathfinder((f, values)) == pytest.approx(2.0)  # inside its band only
+
+
+def test_metrics_of_a_drag_free_satellite():
+    found = metrics.attitude(made())
+    assert found["APE max (deg)"] == 0 and found["test mass at its cage (s)"] is None
+    run, caught = made(), made(caught=41.0)
+    assert metrics.attitude(caught)["test mass at its cage (s)"] == 41.0
+    assert spectrum.contact(caught) == 41.0 and spectrum.contact(run) is None
+    json.dumps(metrics.attitude(caught))

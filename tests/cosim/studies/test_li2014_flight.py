@@ -1,0 +1,171 @@
+"""li2014 flown from native FMUs: every figure of its table, its spectral densities, its verdicts, its figures."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.optimize import brentq
+
+from cosim.flights import simulate
+from cosim.masters.explicit import Explicit
+from cosim.studies.papers import li2014, scenario
+from cosim.studies.papers.claims import judge
+from cosim.studies.papers.li2014 import spectrum, system
+from cosim.system.system import Experiment, System
+
+ZERO = [0.0, 0.0, 0.0]
+INPUTS = ("f_command_S", "tau_command_S", "tau_command_T", "f_dist_S", "tau_dist_S")
+
+
+def fly(name, changed=None, locate=None, **changes):
+    flight, experiment = scenario(name)
+    flight = replace(flight, parameters=flight.parameters | (changed or {}))
+    return simulate(flight, replace(experiment, **changes), locate=locate)
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return {name: fly(name) for name in li2014.systems()}
+
+
+def alone(stop, every=1, **values):
+    """The plant without gravity, commands and disturbances, at rest, no damping; steps of 1 s."""
+    quiet = dict(mu=0.0, D=0.0, D_r=0.0, r_N=ZERO, v_N=ZERO, q_SN=[1.0, 0, 0, 0]) | {"solver.step": 1.0} | values
+    parameters = {f"plant.{name}": value for name, value in quiet.items()}
+    held = {f"plant.{name}": ZERO for name in INPUTS}
+    flight = System(name="alone", components={"plant": "DragFreeSatellite"}, parameters=parameters, held=held)
+    return simulate(flight, Experiment(stop_time=stop, communication_step_size=1.0, every=every))
+
+
+@pytest.mark.slow
+class TestTable:
+    """The rows of 'Figures that a correct implementation shows', tolerances as given there."""
+
+    def test_first_commands(self, runs):
+        assert_allclose(runs[system.NN]["controller.f_command_S"][0, 0], 2.09999895, rtol=1e-7)
+        assert_allclose(runs[system.NN]["controller.tau_command_T"][0, 0], -1.39643619e-5, rtol=1e-6)
+
+    @pytest.mark.parametrize(
+        ("name", "expected"),
+        [
+            (system.NN, 2.37e-9),
+            (system.NO_NN, 3.38e-6),
+            (system.NN_LVLH, 3.46e-10),
+            (system.NO_NN_LVLH, 3.84e-6),
+        ],
+    )
+    def test_tail_of_the_relative_position(self, runs, name, expected):
+        assert_allclose(spectrum.tail(runs[name], runs[name]["plant.r_rel"]), expected, rtol=0.05)
+
+    def test_tail_with_ten_times_gamma(self):
+        run = fly(system.NN, {"controller.Gamma": [10.0] * 3})
+        assert_allclose(spectrum.tail(run, run["plant.r_rel"]), 2.37e-8, rtol=0.05)
+
+    def test_tail_of_the_attitudes(self, runs):
+        for name, expected in ((system.NN, 7.8e-10), (system.NO_NN, 1.7e-6)):
+            for angles in (spectrum.attitude, spectrum.relative_attitude):
+                assert_allclose(spectrum.tail(runs[name], angles(runs[name])), expected, rtol=0.05)
+
+    def test_conservation(self):
+        run = alone(20000.0, 10)
+        mass = 1050.0 * 1.0 / 1051.0
+        speed = np.linalg.norm(run["plant.v_rel"], axis=1).max()
+        drift = 1050.0 * run["plant.v_N"] + (run["plant.v_N"] + _inertial_velocity(run))
+        assert np.abs(drift - drift[0]).max() < 1e-11 * mass * speed
+        H = run["plant.H_N"]
+        largest = 2.667e-4 * np.linalg.norm(run["plant.omega_TS_T"], axis=1).max()
+        assert np.abs(H - H[0]).max() < 1e-11 * largest
+        energy = run["plant.energy"]
+        assert np.abs(energy - energy[0]).max() < 1e-11 * energy.max()
+
+    def test_translational_frequency(self):
+        run = alone(8000.0, r_h=ZERO, r_rel=[1e-3, 0.0, 0.0], q_TS=[1.0, 0, 0, 0])
+        x, v = run["plant.r_rel"][:, 0], run["plant.v_rel"][:, 0]
+        zeros = []
+        for k in np.flatnonzero(np.diff(np.sign(x))):  # the cubic through both ends and their slopes
+            a, b, da, db = x[k], x[k + 1], v[k], v[k + 1]
+            c2, c3 = 3 * (b - a) - 2 * da - db, 2 * (a - b) + da + db
+            root = brentq(lambda s, a=a, da=da, c2=c2, c3=c3: a + s * (da + s * (c2 + s * c3)), 0, 1, xtol=1e-15)
+            zeros.append(run.time[k] + root)
+        assert_allclose(np.pi / (zeros[1] - zeros[0]), 1.0004761e-3, rtol=1e-7)
+
+
+def _inertial_velocity(run):
+    """Velocity of the test mass relative to the satellite, inertial axes."""
+    rho = np.array(system.CAGE) + run["plant.r_rel"]
+    turned = spectrum.rotations(run["plant.q_SN"])
+    return turned.apply(run["plant.v_rel"] + np.cross(run["plant.omega_SN_S"], rho))
+
+
+@pytest.mark.slow
+class TestWhatHolds:
+    def test_verdicts(self, runs):
+        found = [v.verdict for v in judge(li2014.CLAIMS, runs)]
+        assert found == ["reproduced", "reproduced", "partly", "not reproduced", "reproduced"]
+
+    def test_spectral_densities(self, runs):
+        """The file's figures are of other phases of the gusts: within 15 %."""
+        table = {system.NN_SPECTRUM: 1.45e-14, system.NO_NN_SPECTRUM: 2.98e-13, system.ACTUATORS: 1.1e-13}
+        for name, expected in table.items():
+            assert_allclose(spectrum.highest(spectrum.residual_density(runs[name])), expected, rtol=0.15)
+        assert_allclose(spectrum.highest(spectrum.drag_density(runs[system.NN_SPECTRUM])), 6.0e-7, rtol=0.05)
+
+    def test_the_network_acts_as_an_integrator(self, runs):
+        """1.4e3 times in the tail, 50 at 5 mHz, 3 at 0.1 Hz."""
+        on, off = (runs[name] for name in (system.NN, system.NO_NN))
+        tails = [spectrum.tail(run, spectrum.relative_position(run)) for run in (off, on)]
+        assert_allclose(tails[0] / tails[1], 1.4e3, rtol=0.05)
+        (f, without), (_, with_network) = (
+            spectrum.residual_density(runs[n]) for n in (system.NO_NN_SPECTRUM, system.NN_SPECTRUM)
+        )
+        gain = without[:, 0] / np.maximum(with_network[:, 0], 1e-300)
+        for at, expected in ((5e-3, 50), (0.1, 3)):
+            assert_allclose(np.median(gain[np.abs(f - at) <= 0.1 * at]), expected, rtol=0.1)
+
+    def test_attitudes_in_the_tail(self, runs):
+        """7.8e-10 rad each; 1.7e-6 without the network."""
+        for name, expected in ((system.NN, 7.8e-10), (system.NO_NN, 1.7e-6)):
+            for angles in (spectrum.attitude, spectrum.relative_attitude):
+                assert_allclose(spectrum.tail(runs[name], angles(runs[name])), expected, rtol=0.03)
+
+    def test_the_test_mass_reaches_its_cage(self, runs):
+        """At 41.1 s with an ion thruster that starts from nothing; here it starts from its least force, 1 mN."""
+        run = runs[system.PRINTED_START]
+        assert run.info["status"] == "finished"
+        assert spectrum.contact(run) == pytest.approx(41.0, abs=0.6)
+        assert run.info["event"]["time"] == run.time[-1] == pytest.approx(spectrum.contact(run), abs=0.1)
+        assert_allclose(np.abs(run["plant.r_rel"][-1]).max(), 4e-3, rtol=1e-3)
+        for name in set(runs) - {system.PRINTED_START}:
+            assert spectrum.contact(runs[name]) is None
+
+    def test_figures(self, runs):
+        assert set(li2014.figures(runs)) == {
+            "fig01_relative_position",
+            "fig02_attitude",
+            "fig03_relative_attitude",
+            "commands",
+            "printed_start_with_limits",
+            "actuators",
+            "residual_acceleration",
+        }
+
+
+def test_error_of_fresh_exchange_is_of_first_order():
+    """Against steps of 0.5 ms, over 60 s; 2.7e-6 m, 3.4e-5 and 5.1e-5 rad at 10 ms, less those of 0.5 ms."""
+    near = fly(system.NN, stop_time=60.0, communication_step_size=5e-4, every=200)
+    far, turned = [], []
+    for h in (2e-2, 1e-2, 5e-3):
+        run = fly(system.NN, stop_time=60.0, communication_step_size=h, every=round(0.1 / h))
+        far.append(np.abs(run["plant.r_rel"] - near["plant.r_rel"]).max())
+        angles = (spectrum.attitude, spectrum.relative_attitude)
+        turned.append([np.abs(angle(run) - angle(near)).max() for angle in angles])
+    assert_allclose(far[1], 0.95 * 2.7e-6, rtol=0.02)
+    assert_allclose(turned[1], [0.95 * 3.4e-5, 0.95 * 5.1e-5], rtol=0.03)
+    assert_allclose(np.diff(np.log2(far)), -1.0, atol=0.15)
+
+
+def test_kernel_and_python_loop_are_equal():
+    short = dict(stop_time=3.0, every=1)
+    a, b = (fly(system.ACTUATORS, master=Explicit(kernel=k), **short) for k in ("always", "never"))
+    assert all(np.asarray(a.table[c]).tobytes() == np.asarray(b.table[c]).tobytes() for c in a.table.column_names)

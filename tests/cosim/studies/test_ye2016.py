@@ -1,0 +1,236 @@
+"""The systems, claims and figures of ye2016."""
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pytest
+from helpers import Point
+from scipy.spatial.transform import Rotation
+
+from components.actuators.cmg_cluster import CmgCluster
+from components.catalog import CATALOG
+from components.controllers.hybrid_adaptive import HybridAdaptive
+from components.guidance.body_rate_sinusoid import BodyRateSinusoid
+from components.plants.flexible_spacecraft import FlexibleSpacecraft
+from cosim.results.result import Result
+from cosim.studies import papers, plots
+from cosim.studies.papers import ye2016
+from cosim.studies.papers.claims import Claim
+from cosim.studies.papers.ye2016 import system, tracking
+from cosim.system.expand import wire
+from cosim.system.system import Value
+from fmus.description.read import parse_description
+from fmus.export.python.in_process import description
+
+NAMES = [
+    "ye2016-nonadaptive",
+    "ye2016-adaptive",
+    "ye2016-adaptive-printed",
+    "ye2016-nonadaptive-slow",
+    "ye2016-adaptive-slow",
+    "ye2016-perfect",
+]
+PARTS = CATALOG | {"FlexibleSpacecraft:modes=0": lambda: FlexibleSpacecraft(modes=0)}
+T = np.linspace(0.0, 800.0, 801)
+
+
+def number(value):
+    return np.array(value.value if isinstance(value, Value) else value)
+
+
+# The systems
+
+
+def test_the_experiments_are_those_of_the_equations_file():
+    assert list(ye2016.systems()) == NAMES
+    assert {name for name in papers.systems() if name.startswith("ye2016")} == set(NAMES)
+    assert all(papers.descriptions()[name] for name in NAMES)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_system_fits_its_components(name):
+    """All inputs fed, every parameter known, every unit convertible: nothing is left to complain about."""
+    flight, experiment = papers.scenario(name)
+    assert flight.name == name and experiment.stop_time == 800.0
+    descriptions = {
+        instance: parse_description(description(PARTS[reference]()), Path(reference))
+        for instance, reference in flight.components.items()
+    }
+    settings = {str(port): value for port, value in wire(flight, descriptions).settings.items()}
+    assert settings["controller.rotor_axes_B[2,1]"] == settings["actuators.rotor_axes_B[2,1]"] == 1.0
+    assert settings["plant.J[2,2]"] == settings["controller.J[2,2]"] == 110.0
+    assert settings["actuators.spin_deviation[3,3]"] == system.WHEEL_DEVIATION[2, 2]
+
+
+@pytest.mark.parametrize("name", ["ye2016-adaptive"])
+def test_the_start_values_of_the_components_are_the_papers(name):
+    """Every number that the system sets is the start value too, but for the deviations and where the wheels start."""
+    flight, _ = papers.scenario(name)
+    parts = {"guidance": BodyRateSinusoid(), "controller": HybridAdaptive(), "actuators": CmgCluster()}
+    own = {"rotor_deviation", "transverse_deviation", "spin_deviation", "wheel_speed"}
+    for instance, part in parts.items():
+        starts = {v.name: v.start for v in (*part.parameters, *part.states)}
+        given = {n.split(".", 1)[1]: v for n, v in flight.parameters.items() if n.startswith(f"{instance}.")}
+        for key, value in (flight.vehicle | given).items():
+            if key in starts and key not in own:
+                np.testing.assert_allclose(number(value), starts[key], atol=1e-15, err_msg=f"{instance}.{key}")
+
+
+def test_deviations_and_unknown_momentum():
+    for rows in (system.ROTOR_DEVIATION, system.TRANSVERSE_DEVIATION, system.WHEEL_DEVIATION):
+        assert np.abs(rows).max() < 0.05
+    np.testing.assert_allclose(system.unknown_momentum(), [-0.13127, 0.74357, -0.71436], atol=5e-6)
+    # the true matrices of parameters.json
+    assert system.ROTOR_AXES[0, 1] + system.ROTOR_DEVIATION[0, 1] == pytest.approx(-1.016032411957556, abs=1e-15)
+    transverse = np.cross(system.GIMBAL_AXES.T, system.ROTOR_AXES.T).T + system.TRANSVERSE_DEVIATION
+    assert transverse[0, 0] == pytest.approx(-0.5631725634145179, abs=1e-15)
+    assert system.WHEEL_AXES[2, 2] + system.WHEEL_DEVIATION[2, 2] == pytest.approx(1.004207560532752, abs=1e-15)
+
+
+def test_true_axes_known_are_the_clusters():
+    """The rows of Theta that ye2016-perfect starts with make the law's axes those of the deviating cluster."""
+    flight, _ = papers.scenario(system.PERFECT)
+    p = {n.split(".", 1)[1]: number(v) for n, v in flight.parameters.items()}
+    gamma, rates = (
+        np.array([0.3, -0.2, 1.0, 2.0]),
+        dict(omega_BN_B=[0.01, 0.0, -0.01], gimbal_angle=[0.3, -0.2, 1.0, 2.0]),
+    )
+    law = Point(HybridAdaptive(Theta_c=p["Theta_c"], Theta_w=p["Theta_w"]), **rates).outputs()
+    cluster = Point(
+        CmgCluster(**{n: p[n] for n in ("rotor_deviation", "transverse_deviation", "spin_deviation")}),
+        gimbal_angle=gamma,
+        gimbal_rate_command=law["gimbal_rate_command"],
+        wheel_acceleration_command=law["wheel_acceleration_command"],
+    )
+    tau = cluster.functions.mean_rates(0, cluster.x, cluster.u, cluster.p, cluster.c).full().ravel()
+    np.testing.assert_allclose(tau, law["tau_wanted_B"], rtol=1e-9)
+
+
+def test_slow_poles_are_a_tenth():
+    fast, slow = (papers.scenario(n)[0].parameters for n in (system.NONADAPTIVE, system.NONADAPTIVE_SLOW))
+    for i in range(3):
+        roots = [np.roots([1, number(p["controller.k_2"])[i], number(p["controller.k_1"])[i]]) for p in (fast, slow)]
+        np.testing.assert_allclose(np.sort_complex(roots[1]), 0.1 * np.sort_complex(roots[0]), rtol=1e-12)
+
+
+# Claims, on runs made up
+
+
+def table(**variables) -> Result:
+    columns = {"time": T}
+    for name, rows in variables.items():
+        flat = rows.reshape(len(T), -1)
+        index = list(np.ndindex(*rows.shape[1:]))
+        label = ["[" + ",".join(str(k + 1) for k in place) + "]" if place else "" for place in index]
+        columns |= {f"{name.replace('__', '.')}{where}": flat[:, i] for i, where in enumerate(label)}
+    return Result(pa.table(columns), {})
+
+
+def synthetic(angle=0.1, rate=1e-3, squared=0.1, momentum=0.01) -> Result:
+    """Errors about z that swing by these, deviations of this squared length, a momentum error of this at the end."""
+    body = Rotation.from_rotvec(np.outer(angle * np.sin(T), [0, 0, 1]))
+    zero, ones = np.zeros((len(T), 3)), np.ones((len(T), 3))
+    gyros, wheels = np.zeros((len(T), 4, 6)), np.zeros((len(T), 3, 3))
+    gyros[:, 1, 2] = np.sqrt(squared) * np.abs(np.sin(T))
+    q = np.tile([1.0, 0, 0, 0], (len(T), 1))
+    return table(
+        plant__q_BN=body.as_quat(scalar_first=True),
+        guidance__q_RN=q,
+        plant__omega_BN_B=np.outer(rate * np.cos(T), [0, 1, 0]),
+        guidance__omega_RN_R=zero,
+        plant__H_N=ones,
+        plant__tau_B=1e-2 * ones,
+        controller__H_hat_N=ones * (2 - np.minimum(T / 90, 1) * (1 - momentum))[:, None],
+        controller__Theta_c=gyros,
+        controller__Theta_w=wheels,
+        controller__gimbal_rate_command=1e-2 * np.sin(T)[:, None] * np.ones(4),
+        controller__wheel_acceleration_command=1e-5 * np.cos(T)[:, None] * np.ones(3),
+        controller__tau_wanted_B=2e-2 * ones,
+        actuators__gimbal_angle=np.sin(T)[:, None] * np.ones(4),
+        actuators__wheel_speed=np.array([100.0, -80.0, 60.0]) * ones,
+        actuators__singularity=1 + 0.1 * np.cos(T),
+    )
+
+
+OFF, ON = (system.NONADAPTIVE, system.NONADAPTIVE_SLOW), (system.PRINTED, system.ADAPTIVE_SLOW)
+
+
+def runs(names, **values):
+    return {name: synthetic(**values) for name in names}
+
+
+CASES = {
+    "without": (runs(OFF, angle=0.25, rate=2e-3), runs(OFF, angle=0.02, rate=1e-5)),
+    "with": (runs(ON, angle=2e-3, rate=2e-4), runs(ON, angle=2e-5, rate=2e-6)),
+    "adaptation": (
+        runs(OFF, angle=0.3, rate=2e-3) | runs(ON, angle=2e-3, rate=1e-4),
+        runs(OFF, angle=0.3, rate=2e-3) | runs(ON, angle=0.2, rate=1e-3),
+    ),
+    "the projection": (
+        runs((system.ADAPTIVE, *ON), squared=0.15),
+        runs((system.ADAPTIVE, *ON), squared=0.152),
+    ),
+    "the estimated": (
+        runs((system.ADAPTIVE, system.PRINTED), momentum=0.05),
+        runs((system.ADAPTIVE, system.PRINTED), momentum=0.6),
+    ),
+}
+
+
+def claim(start: str) -> Claim:
+    (found,) = [c for c in ye2016.CLAIMS if c.text.startswith(f"{start} ")]
+    return found
+
+
+@pytest.mark.parametrize("start", CASES)
+def test_each_claim_can_come_out_either_way(start):
+    holds, fails = (claim(start).judge(given) for given in CASES[start])
+    assert holds.verdict == "reproduced", holds
+    assert fails.verdict == "not reproduced", fails
+    assert holds.measured != fails.measured
+
+
+def test_every_claim_has_a_case():
+    assert len(CASES) == len(ye2016.CLAIMS) == 5
+
+
+def test_a_claim_without_its_runs_is_not_judged():
+    verdict = claim("without").judge(runs([system.NONADAPTIVE]))
+    assert (verdict.verdict, verdict.measured) == ("not judged", "needs ye2016-nonadaptive-slow")
+
+
+def test_errors_are_those_of_the_body_relative_to_the_reference():
+    run = synthetic(angle=0.1, rate=1e-3)
+    np.testing.assert_allclose(tracking.euler_error(run)[:, 2], 0.1 * np.sin(T), atol=1e-12)
+    np.testing.assert_allclose(tracking.rate_error(run)[:, 1], 1e-3 * np.cos(T), atol=1e-15)
+
+
+# Figures
+
+
+def test_figures_are_those_of_the_paper(tmp_path):
+    drawn = ye2016.figures({name: synthetic() for name in NAMES})
+    assert sorted(drawn) == [
+        "cluster_angles",
+        "cluster_commands",
+        "cluster_torque",
+        "fig02_fig04_attitude_error",
+        "fig03_fig05_rate_error",
+        "fig08-09_momentum_estimate",
+        "fig10-11_squared_norms",
+        "wanted_torque",
+    ]
+    assert all(figure.legends for figure in drawn.values())
+    texts = [text.get_text() for text in drawn["fig02_fig04_attitude_error"].legends[0].texts]
+    assert len(texts) == 8 and {"0.3 rad", "0.003 rad"} < set(texts)
+    missing = drawn["wanted_torque"].axes[3].lines[0].get_ydata()
+    np.testing.assert_allclose(missing, 1e-2 * np.sqrt(3))
+    assert all(file.is_file() for file in plots.save(drawn, tmp_path))
+
+
+def test_figures_of_one_run():
+    drawn = papers.figures(system.NONADAPTIVE, synthetic())
+    assert {"attitude_error", "fig02_fig04_attitude_error", "cluster_angles"} <= set(drawn)
+    assert not any(name.startswith(("fig08", "fig10")) for name in drawn)
+    assert ye2016.figures({}) == {}

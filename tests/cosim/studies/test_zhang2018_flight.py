@@ -1,0 +1,184 @@
+"""zhang2018 flown from native FMUs: every figure of its table, and the approach to the solution as one ODE."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers import monolithic
+from numpy.testing import assert_allclose
+from zhang2018_loop import CONNECTIONS, loop
+
+from components.controllers.adaptive_tracking import AdaptiveTracking
+from components.controllers.prescribed_performance import PrescribedPerformance
+from cosim.errors import StepFailed
+from cosim.flights import simulate
+from cosim.masters.explicit import Explicit
+from cosim.studies.papers import scenario, zhang2018
+from cosim.studies.papers.claims import judge
+
+
+def fly(name: str, **changes):
+    system, experiment = scenario(name)
+    return simulate(system, replace(experiment, **changes))
+
+
+@pytest.fixture(scope="module")
+def ppatc():
+    return fly("zhang2018-ppatc")
+
+
+@pytest.fixture(scope="module")
+def atc():
+    return fly("zhang2018-atc")
+
+
+def late(run):
+    return run.time >= 100.0
+
+
+def degrees(run):
+    return np.degrees(run["controller.e"])
+
+
+class TestTable:
+    """The rows of 'Figures that a correct implementation shows', tolerances as given there."""
+
+    def test_torque_at_the_start(self, ppatc):
+        assert_allclose(ppatc["controller.tau_command_B"][0], [-0.656759, 0.546986, 0.199056], atol=1e-5)
+
+    def test_filtered_and_transformed_error_at_the_start(self, ppatc):
+        assert_allclose(ppatc["controller.s"][0], [0.183090, -0.4525, -0.039572], atol=1e-6)
+        assert_allclose(ppatc["controller.epsilon"][0], [0.804719, 0, -0.346574], atol=1e-6)
+
+    def test_steady_error_of_ppatc(self, ppatc):
+        assert_allclose(degrees(ppatc)[late(ppatc)].mean(axis=0), [0.0025, 0.0025, -0.0025], atol=3e-5)
+
+    def test_the_barrier_is_never_touched(self, ppatc):
+        assert ppatc["controller.barrier_hits"].max() == 0
+        assert ppatc["controller.barrier_time"][-1] == 0
+        assert_allclose(ppatc["controller.z"][:, 1].min(), 0.400, atol=0.003)
+
+    def test_pitch_undershoot_of_atc(self, atc):
+        pitch = degrees(atc)[:, 1]
+        assert_allclose(pitch.min(), -0.0433, atol=0.0005)
+        assert_allclose(atc.time[pitch.argmin()], 4.9, atol=0.1)
+
+    def test_the_panels_move_against_each_other(self, ppatc, atc):
+        for run in (ppatc, atc):
+            assert np.abs(run["plant.eta"][:, :4] + run["plant.eta"][:, 4:]).max() < 1e-12
+
+    def test_estimated_bound(self, ppatc, atc):
+        assert_allclose(ppatc["controller.mu_hat"][-1], 0.052255, atol=1e-5)
+        assert_allclose(atc["controller.mu_hat"][-1], 0.038704, atol=1e-5)
+
+    def test_steady_error_of_atc(self, atc):
+        assert_allclose(np.abs(degrees(atc)[late(atc)]).max(axis=0), [7.52e-5, 5.68e-5, 4.88e-5], atol=2e-6)
+
+
+class TestApproach:
+    """The FMUs at steps of h against plant, controller, guidance and disturbance as one ODE (DOP853, rtol 1e-10)."""
+
+    STOP = 60.0  # past 47-50 s, where the gain is largest: 570 1/s
+
+    @pytest.mark.parametrize("master", [Explicit(), Explicit(centred=True)], ids=["held", "centred"])
+    @pytest.mark.parametrize(
+        ("name", "law"),
+        [("zhang2018-ppatc", PrescribedPerformance), ("zhang2018-atc", AdaptiveTracking)],
+        ids=["ppatc", "atc"],
+    )
+    def test_the_attitude_error_approaches_it_with_slope_1(self, name, law, master):
+        rows = np.linspace(0.0, self.STOP, 601)
+        _, _, y = monolithic(loop(law()), CONNECTIONS, self.STOP, rows)
+        steps = np.array([2e-3, 1e-3, 5e-4])
+        distance = []
+        for h in steps:
+            run = fly(name, stop_time=self.STOP, communication_step_size=float(h), every=round(0.1 / h), master=master)
+            distance.append(np.abs(np.degrees(run["controller.e"] - y["controller.e"])).max())
+        assert distance[1] < 1e-5
+        slopes = np.diff(np.log(distance)) / np.diff(np.log(steps))
+        assert_allclose(slopes, 1.0, atol=0.05)
+
+
+class TestStability:
+    """The torque held over the step: full gain is stable up to 2.5 ms, half gain up to 5 ms; PPATC fails beyond."""
+
+    @pytest.mark.parametrize(("name", "step"), [("zhang2018-ppatc", 2.5e-3), ("zhang2018-ppatc-half", 5e-3)])
+    def test_stable(self, name, step):
+        run = fly(name, stop_time=70.0, communication_step_size=step, every=1, master=Explicit())
+        assert np.abs(run["controller.tau_command_B"][run.time > 30.0]).max() < 0.1
+
+    @pytest.mark.parametrize(("name", "step"), [("zhang2018-ppatc", 4e-3), ("zhang2018-ppatc-half", 10e-3)])
+    def test_diverging(self, name, step):
+        with pytest.raises(StepFailed) as caught:
+            fly(name, communication_step_size=step, every=1, master=Explicit())
+        assert 30.0 < caught.value.time < 60.0  # where the gain is largest: 47-50 s
+
+    def test_centred_the_torque_chatters_where_held_it_diverges(self):
+        """The barrier's linear extension and the mean of both ends keep it finite; it is no flight to trust."""
+        run = fly("zhang2018-ppatc", stop_time=70.0, communication_step_size=4e-3, every=1)
+        assert np.abs(run["controller.tau_command_B"][run.time > 30.0]).max() > 0.2
+
+
+def test_atc_at_10_ms():
+    """4.5e-5 deg from the loop as one ODE, fresh, inputs held."""
+    rows = np.linspace(0.0, 60.0, 601)
+    _, _, y = monolithic(loop(AdaptiveTracking()), CONNECTIONS, 60.0, rows)
+    run = fly("zhang2018-atc", stop_time=60.0, communication_step_size=0.01, every=10, master=Explicit())
+    assert_allclose(np.abs(np.degrees(run["controller.e"] - y["controller.e"])).max(), 4.5e-5, rtol=0.05)
+
+
+@pytest.mark.slow
+def test_claims_have_the_figures_of_the_equations_file(ppatc, atc):
+    runs = {"zhang2018-ppatc": ppatc, "zhang2018-atc": atc}
+    runs |= {f"{name}-half": fly(f"{name}-half") for name in list(runs)}
+
+    def settled(run):
+        return [run.time[np.flatnonzero(np.abs(degrees(run)[:, i]) > 0.005)[-1]] for i in range(3)]
+
+    assert_allclose(settled(ppatc), [27.5, 27.0, 27.3], atol=0.1)
+    assert_allclose(settled(atc), [31.9, 15.5, 29.0], atol=0.1)
+    z = ppatc["controller.z"]
+    assert_allclose([z[:, :2].min(), z[:, :2].max()], [0.400, 0.834], atol=1e-3)
+    assert_allclose([z[:, 2].min(), z[:, 2].max()], [-0.667, -0.500], atol=1e-3)
+    change = np.abs(degrees(runs["zhang2018-ppatc-half"]) - degrees(ppatc)).max(axis=1)
+    assert_allclose([change.max(), change[ppatc.time >= 20.0].max()], [0.0123, 9.7e-5], rtol=0.01)
+    half = degrees(runs["zhang2018-atc-half"])
+    assert_allclose(half[:, 1].min(), -0.109, atol=5e-4)
+    assert_allclose(np.abs(half[late(ppatc)]).max(axis=0), [8.0e-5, 7.3e-5, 7.3e-5], rtol=0.01)
+    for run, peak in ((ppatc, 2.9e-4), (atc, 5.7e-5)):
+        assert_allclose(np.abs(run["plant.eta"][:, 0]).max(), peak, rtol=0.02)
+    verdicts = [verdict.verdict for verdict in judge(zhang2018.CLAIMS, runs)]
+    assert verdicts == [
+        "reproduced", "reproduced", "partly", "not reproduced", "not reproduced", "reproduced", "partly", "partly",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["zhang2018-ppatc", "zhang2018-atc"])
+def test_a_pitch_of_90_degrees_is_reported_and_the_run_goes_on(name):
+    """The body turns through the singularity of Euler angles 1-2-3: the controller says where, finite to the end."""
+    system, experiment = scenario(name)
+    start = {
+        "plant.q_BN": [np.cos(np.radians(40)), 0.0, np.sin(np.radians(40)), 0.0],
+        "plant.omega_BN_B": [0.0, 0.3, 0.0],
+    }
+    wide = {"controller.rho_0": [4.0] * 3, "controller.overshoot": [0.9] * 3} if "ppatc" in name else {}
+    system = replace(system, parameters=system.parameters | start | wide)
+    run = simulate(system, replace(experiment, stop_time=5.0, every=1))
+    lock = run["controller.gimbal_lock"]
+    assert run.info["status"] == "finished" and run.time[-1] == 5.0
+    assert lock.max() == 1 and lock[0] == lock[-1] == 0
+    w, x, y, z = run["plant.q_BN"][lock > 0].T
+    assert np.degrees(np.arcsin(2 * (w * y + x * z))).min() > 89.9
+    assert all(np.isfinite(run.table.column(c).to_numpy()).all() for c in run.table.column_names)
+
+
+class TestBits:
+    def run(self, **master):
+        run = fly("zhang2018-ppatc", stop_time=5.0, every=1, master=Explicit(centred=True, **master))
+        return b"".join(column.to_numpy().tobytes() for column in run.table.columns)
+
+    def test_two_runs_are_equal(self):
+        assert self.run() == self.run()
+
+    def test_kernel_and_python_loop_are_equal(self):
+        assert self.run(kernel="always") == self.run(kernel="never")

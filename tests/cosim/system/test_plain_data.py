@@ -1,0 +1,174 @@
+"""Time, names, units, values, descriptions: the parts that everything else stands on."""
+
+import math
+
+import numpy as np
+import pytest
+
+from cosim.errors import TimeError, UnknownName
+from cosim.system.system import Connection, System, Value
+from cosim.time import Schedule, instant_ns, parse_seconds, to_ns
+from fmus.description.names import group, nearest, split_port
+from fmus.description.units import BaseUnit, Conversion, Unit, conversion, resolve
+
+from ..fakes import UNITS, Vehicle
+
+
+class TestTime:
+    @pytest.mark.parametrize(
+        ("seconds", "ns"),
+        [(0.001, 1_000_000), (1, 10**9), (1e-9, 1), (0.1, 10**8), (200.0, 2 * 10**11), (1 / 8, 125 * 10**6)],
+    )
+    def test_whole_nanoseconds(self, seconds, ns):
+        assert to_ns(seconds, "step") == ns
+
+    @pytest.mark.parametrize("seconds", [0.0, -1.0, 0.5e-9, 1 / 3, math.nan, math.inf, True, 1e12, 1e300])
+    def test_refused(self, seconds):
+        with pytest.raises(TimeError, match=r"^step is .*Times are counted in whole nanoseconds"):
+            to_ns(seconds, "step")
+
+    def test_messages(self):
+        with pytest.raises(TimeError, match=r"step is 0.0 s: it must be positive"):
+            to_ns(0.0, "step")
+        with pytest.raises(TimeError, match=r"step is 1.5e-09 s: it is no whole number of nanoseconds"):
+            to_ns(1.5e-9, "step")
+        with pytest.raises(TimeError, match=r"step is 1e\+300 s: it is beyond 4.61e\+09 s"):
+            to_ns(1e300, "step")
+        with pytest.raises(TimeError, match="start is inf: it must be a finite number"):
+            instant_ns(math.inf, "start")
+        with pytest.raises(TimeError, match=r"stop_time is 1.0 s: it must be later than start_time, 2.0 s"):
+            Schedule.of(2.0, 1.0, 0.1, 1)
+        with pytest.raises(TimeError, match="every is 0: it must be a whole number of steps, 1 or more"):
+            Schedule.of(0.0, 1.0, 0.1, 0)
+        with pytest.raises(TimeError, match="communication_step_size"):
+            Schedule.of(0.0, 1.0, -0.1, 1)
+
+    @pytest.mark.parametrize(
+        ("text", "seconds"),
+        [
+            ("1ms", 0.001),
+            ("0.5 s", 0.5),
+            ("200", 200.0),
+            ("2.5us", 2.5e-6),
+            ("1e-3", 0.001),
+            ("3 ns", 3e-9),
+            ("2 min", 120.0),
+        ],
+    )
+    def test_text(self, text, seconds):
+        assert parse_seconds(text, "step") == seconds
+
+    @pytest.mark.parametrize("text", ["", "ms", "1 day", "1.2.3", "1 ms 2"])
+    def test_text_refused(self, text):
+        with pytest.raises(TimeError, match="step is"):
+            parse_seconds(text, "step")
+
+    def test_points(self):
+        schedule = Schedule.of(0.0, 1.05, 0.1, 4)
+        assert schedule.steps == 11
+        assert [schedule.point(k) for k in (0, 10, 11)] == [0, 10**9, 1_050_000_000]
+        assert [k for k in range(12) if schedule.recorded(k)] == [0, 4, 8, 11]
+
+
+class TestNames:
+    def test_arrays(self):
+        groups = group(["J[1,1]", "J[1,2]", "J[2,1]", "J[2,2]", "x", "v[1]", "v[2]"])
+        assert {base: g.shape for base, g in groups.items()} == {"J": (2, 2), "x": (), "v": (2,)}
+        assert groups["J"].elements == ("J[1,1]", "J[1,2]", "J[2,1]", "J[2,2]")
+
+    def test_out_of_order_is_sorted(self):
+        assert group(["v[10]", *(f"v[{i}]" for i in range(1, 10))])["v"].elements[-1] == "v[10]"
+
+    @pytest.mark.parametrize("names", [["v[1]", "v[3]"], ["v[0]", "v[1]"], ["v", "v[1]"], ["v[1]", "v[1,1]"]])
+    def test_no_array(self, names):
+        assert [g.elements for g in group(names).values()] == [(n,) for n in names]
+
+    def test_ports(self):
+        assert split_port("plant.J[1, 2]") == ("plant", "J[1,2]")
+        assert split_port("plant.a.b[1]") == ("plant", "a.b[1]")
+
+    def test_nearest(self):
+        assert nearest("omega_BN", ["omega_BN_B", "q_BN", "tau"])[0] == "omega_BN_B"
+        assert nearest("zzz", ["a"]) == []
+
+    def test_unknown_name_lists_what_is_there(self):
+        text = str(UnknownName("variable", "q_B", "here", ["q_BN", "tau"]))
+        assert text == 'unknown variable "q_B" in here. Did you mean "q_BN"? There: q_BN, tau.'
+        assert str(UnknownName("variable", "q", "here", [])) == 'unknown variable "q" in here. There: nothing.'
+
+
+class TestUnits:
+    def test_equal_names_and_no_units_pass(self):
+        assert conversion("x", "x", {}, {}) == Conversion()
+        assert conversion(None, "m", {}, {}) == Conversion()
+
+    def test_convertible(self):
+        assert conversion("mN.m", "N.m", UNITS, UNITS) == Conversion(1e-3)
+        assert conversion("N.m", "mN.m", UNITS, UNITS)(2.0) == 2000.0
+
+    def test_offset(self):
+        kelvin = BaseUnit((0, 0, 0, 0, 1, 0, 0, 0))
+        celsius = Unit("degC", BaseUnit(kelvin.exponents, Conversion(1.0, 273.15)))
+        fahrenheit = Unit("degF", BaseUnit(kelvin.exponents, Conversion(5 / 9, 273.15 - 32 * 5 / 9)))
+        found = conversion("degF", "degC", {"degF": fahrenheit}, {"degC": celsius})
+        assert math.isclose(found(212.0), 100.0)
+
+    def test_different_dimensions(self):
+        assert conversion("m", "rad", UNITS, UNITS) is None
+        assert conversion("kg(1/2).m", "m", UNITS, UNITS) is None
+
+    def test_unit_of_another_fmu(self):
+        """mN.m is defined by another FMU; mdeg is a display unit of another FMU's unit mrad."""
+        own = {"N.m": UNITS["N.m"]}
+        assert resolve("mN.m", "N.m", [own, UNITS])(3.0) == 0.003
+        other = {"mrad": Unit("mrad", BaseUnit((0,) * 7 + (1,), Conversion(1e-3)), {"mdeg": Conversion(180 / math.pi)})}
+        assert math.isclose(resolve("mdeg", "rad", [UNITS, other])(1.0), math.radians(1e-3))
+
+    def test_unknown(self):
+        assert resolve("m", "rad", [UNITS]) is None
+        assert resolve("m", None, [UNITS]) is None
+
+
+class TestValues:
+    @pytest.mark.parametrize(
+        ("text", "value", "unit"),
+        [
+            ("0.005 deg", 0.005, "deg"), ("5", 5, None), ("-1e3", -1000.0, None), (".5N.m", 0.5, "N.m"),
+            ("[[1, 2], [3, 4]] kg.m2", [[1, 2], [3, 4]], "kg.m2"), ("[1,2]", [1, 2], None), ("true", True, None),
+            ("abc", "abc", None), ("[1, x]", "[1, x]", None), ("0.2 kg(1/2).m", 0.2, "kg(1/2).m"),
+        ],
+    )  # fmt: skip
+    def test_text(self, text, value, unit):
+        assert (Value(text).value, Value(text).unit) == (value, unit)
+        assert type(Value(text).value) is type(value)
+
+    def test_explicit_unit(self):
+        assert Value(5, "deg") == Value("5 deg")
+        assert Value("a label", "none").value == "a label"
+
+    def test_arrays_become_lists(self):
+        assert Value(np.eye(2)) == Value([[1.0, 0.0], [0.0, 1.0]])
+        a = System(
+            name="s", components={"p": "P"}, parameters={"p.J": np.eye(2)}, connections=[Connection("a.b", "c.d")]
+        )
+        b = System(
+            name="s",
+            components={"p": "P"},
+            parameters={"p.J": [[1.0, 0.0], [0.0, 1.0]]},
+            connections=(Connection("a.b", "c.d"),),
+        )
+        assert a == b
+
+
+class TestInterface:
+    def test_groups_and_lookup(self):
+        description = Vehicle().description
+        assert description.groups["J"].shape == (2, 2)
+        assert description.find("J[1, 2]", "parameter", "plant").elements == ("J[1,2]",)
+        assert description.base_names("output") == ["q_BN", "power", "eta", "omega"]
+
+    def test_parameter_like(self):
+        description = Vehicle().description
+        like = {v.name for v in description.variables.values() if v.is_parameter}
+        assert {"J[1,1]", "rho", "omega[1]"} <= like
+        assert not {"angle", "power"} & like
