@@ -16,7 +16,11 @@ Scalar = float | int | bool | str
 
 @dataclass(frozen=True)
 class ScalarVariable:
-    """One ScalarVariable; `initial` and `variability` with FMI's defaults filled in, `start` in `unit`."""
+    """One ScalarVariable; `initial` and `variability` with FMI's defaults filled in, `start` in `unit`.
+
+    minimum, maximum: as the variable or its declared type says. items: literal -> value of an Enumeration.
+    derivative: name of the variable that this one is the time derivative of.
+    """
 
     name: str
     value_reference: int
@@ -28,6 +32,10 @@ class ScalarVariable:
     display_unit: str | None = None
     start: Scalar | None = None
     nominal: float = 1.0
+    minimum: float | None = None
+    maximum: float | None = None
+    items: Mapping[str, int] | None = None
+    derivative: str | None = None
     description: str = ""
 
     @property
@@ -39,15 +47,31 @@ class ScalarVariable:
 
 
 @dataclass(frozen=True)
+class DefaultExperiment:
+    """What an FMU proposes to be flown with, times in s; None: not said."""
+
+    start: float | None = None
+    stop: float | None = None
+    tolerance: float | None = None
+    step_size: float | None = None
+
+
+@dataclass(frozen=True)
 class ModelDescription:
-    """An FMU's interface. `dependencies` and `initial_unknowns`: variable -> names it depends on, None: not said."""
+    """All that is said of an FMU, as data: read.py reads it, write.py writes it.
+
+    dependencies (outputs), derivatives (rates of states), initial_unknowns: variable -> names it depends on, None: not
+    said. refresh, sampled, step_means: see annotations.py.
+    """
 
     model_name: str
     guid: str
     variables: Mapping[str, ScalarVariable]
     dependencies: Mapping[str, tuple[str, ...] | None] = field(default_factory=dict)
+    derivatives: Mapping[str, tuple[str, ...] | None] = field(default_factory=dict)
     initial_unknowns: Mapping[str, tuple[str, ...] | None] = field(default_factory=dict)
     units: Mapping[str, Unit] = field(default_factory=dict)
+    default_experiment: DefaultExperiment = DefaultExperiment()
     can_handle_variable_step: bool = True
     can_interpolate_inputs: bool = False
     max_output_derivative_order: int = 0
@@ -55,10 +79,13 @@ class ModelDescription:
     can_serialize_state: bool = False
     provides_directional_derivative: bool = False
     only_once_per_process: bool = False
+    needs_execution_tool: bool = False
     refresh: bool = False
     sampled: bool = False
     step_means: frozenset[str] = frozenset()
     model_identifier: str = ""
+    source_files: tuple[str, ...] = ()
+    log_categories: tuple[str, ...] = ()
     generation_tool: str = ""
     description: str = ""
 
@@ -79,7 +106,7 @@ class ModelDescription:
 
     @cached_property
     def real_outputs(self) -> tuple[ScalarVariable, ...]:
-        """The outputs that can be connected and recorded."""
+        """The outputs that are Real."""
         return tuple(v for v in self.outputs if v.type == "Real")
 
     def find(self, name: str, kind: str, where: str) -> Group:
@@ -104,16 +131,16 @@ class ModelDescription:
         return [base for base, g in self.groups.items() if self.variables[g.elements[0]].causality == causality]
 
     def feedthrough(self, output: str) -> tuple[str, ...]:
-        """Return the Real inputs on which an output depends directly; all of them if the FMU does not say."""
+        """Return the inputs, of any type, on which an output depends directly; all of them if the FMU does not say."""
         return () if output in self.step_means else self._inputs_among(self.dependencies.get(output))
 
     def initial_feedthrough(self, output: str) -> tuple[str, ...]:
-        """Return the Real inputs on which an output depends in initialization mode."""
+        """Return the inputs, of any type, on which an output depends in initialization mode."""
         if output in self.initial_unknowns:
             return self._inputs_among(self.initial_unknowns[output])
         return () if self.variables[output].initial == "exact" else self._inputs_among(None)
 
     def _inputs_among(self, names: tuple[str, ...] | None) -> tuple[str, ...]:
         if names is None:
-            return tuple(v.name for v in self.inputs if v.type == "Real")
-        return tuple(n for n in names if self.variables[n].causality == "input" and self.variables[n].type == "Real")
+            return tuple(v.name for v in self.inputs)
+        return tuple(n for n in names if self.variables[n].causality == "input")

@@ -1,15 +1,16 @@
-"""modelDescription.xml -> `ModelDescription`: through fmpy, and by lxml what fmpy does not read, our VendorAnnotations."""
+"""modelDescription.xml -> `ModelDescription`: through fmpy, and by lxml what fmpy does not read, our VendorAnnotations.
+
+The writer is write.py. fmpy and lxml are imported when something is read: importing the readers is to cost nothing.
+"""
 
 import io
 import zipfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import lxml.etree as etree
-from fmpy.model_description import ValidationError, read_model_description
-
-from fmus.description.description import ModelDescription, Scalar, ScalarVariable, Type
+from fmus.description.annotations import Annotations, read_annotations
+from fmus.description.description import DefaultExperiment, ModelDescription, Scalar, ScalarVariable, Type
 from fmus.description.errors import FmuError
 from fmus.description.names import canonical
 from fmus.description.units import EXPONENTS, BaseUnit, Conversion, Unit
@@ -33,6 +34,8 @@ def read_description(path: Path) -> ModelDescription:
 
 def parse_description(xml: bytes, path: Path) -> ModelDescription:
     """Read the text of a modelDescription.xml; `path` is for messages. Raises `FmuError`."""
+    from lxml import etree
+
     try:
         root = etree.fromstring(xml)
     except etree.XMLSyntaxError as error:
@@ -42,17 +45,16 @@ def parse_description(xml: bytes, path: Path) -> ModelDescription:
         raise FmuError(path, f"it is of FMI version {version}, needed is 2.0")
     if root.find("CoSimulation") is None:
         raise FmuError(path, "it is for model exchange only, needed is co-simulation")
-    annotation = root.find("VendorAnnotations/Tool[@name='adcs-cosim']/Slave")
-    refresh, sampled = (annotation is not None and annotation.get(k) == "true" for k in ("refresh", "sampled"))
-    step_means = [] if annotation is None else [e.get("variable", "") for e in annotation.findall("StepMean")]
     try:
-        return from_model_description(_description(xml), refresh=refresh, step_means=step_means, sampled=sampled)
+        return _from_fmpy(_read_by_fmpy(xml), read_annotations(root))
     except Exception as error:  # fmpy raises whatever a damaged file leads to
         raise FmuError(path, f"its modelDescription.xml is damaged: {_first_line(error)}") from error
 
 
-def _description(xml: bytes) -> Any:
+def _read_by_fmpy(xml: bytes) -> Any:
     """Read with validation; what breaks the schema is an error, what breaks only a finer rule is let pass."""
+    from fmpy.model_description import ValidationError, read_model_description
+
     archive = io.BytesIO()  # fmpy reads archives
     with zipfile.ZipFile(archive, "w") as writer:
         writer.writestr("modelDescription.xml", xml)
@@ -69,21 +71,18 @@ def _first_line(error: Exception) -> str:
     return "; ".join(problems[:3]) or str(error) or type(error).__name__
 
 
-def from_model_description(
-    description: Any, *, refresh: bool, step_means: Iterable[str], sampled: bool = False
-) -> ModelDescription:
-    """Build the interface from fmpy's `ModelDescription` of an FMI 2.0 co-simulation FMU.
-
-    `refresh`, `step_means` and `sampled` come from VendorAnnotations, which fmpy does not read.
-    """
+def _from_fmpy(description: Any, annotations: Annotations) -> ModelDescription:
+    """Return what fmpy's `ModelDescription` of an FMI 2.0 co-simulation FMU and our annotations say."""
     slave = description.coSimulation
     return ModelDescription(
         model_name=description.modelName,
         guid=description.guid,
         variables={canonical(v.name): _variable(v) for v in description.modelVariables},
-        dependencies={canonical(u.variable.name): _dependencies(u) for u in description.outputs},
-        initial_unknowns={canonical(u.variable.name): _dependencies(u) for u in description.initialUnknowns},
+        dependencies=_unknowns(description.outputs),
+        derivatives=_unknowns(description.derivatives),
+        initial_unknowns=_unknowns(description.initialUnknowns),
         units={u.name: _unit(u) for u in description.unitDefinitions},
+        default_experiment=_default_experiment(description.defaultExperiment),
         can_handle_variable_step=slave.canHandleVariableCommunicationStepSize,
         can_interpolate_inputs=slave.canInterpolateInputs,
         max_output_derivative_order=int(slave.maxOutputDerivativeOrder or 0),
@@ -91,19 +90,35 @@ def from_model_description(
         can_serialize_state=slave.canSerializeFMUstate,
         provides_directional_derivative=slave.providesDirectionalDerivative,
         only_once_per_process=slave.canBeInstantiatedOnlyOncePerProcess,
-        refresh=refresh,
-        sampled=sampled,
-        step_means=frozenset(canonical(n) for n in step_means),
+        needs_execution_tool=slave.needsExecutionTool,
+        refresh=annotations.refresh,
+        sampled=annotations.sampled,
+        step_means=frozenset(canonical(n) for n in annotations.step_means),
         model_identifier=slave.modelIdentifier,
+        source_files=_source_files(description),
+        log_categories=tuple(c.name for c in description.logCategories),
         generation_tool=description.generationTool or "",
         description=description.description or "",
     )
 
 
+def _default_experiment(experiment: Any) -> DefaultExperiment:
+    if experiment is None:
+        return DefaultExperiment()
+    texts = (experiment.startTime, experiment.stopTime, experiment.tolerance, experiment.stepSize)
+    return DefaultExperiment(*(_number(text) for text in texts))
+
+
+def _source_files(description: Any) -> tuple[str, ...]:
+    configurations: list[Any] = description.buildConfigurations
+    identifier = description.coSimulation.modelIdentifier
+    sets = [s for c in configurations if c.modelIdentifier == identifier for s in c.sourceFileSets]
+    return tuple(file for s in sets for file in s.sourceFiles)
+
+
 def _variable(v: Any) -> ScalarVariable:
-    declared = v.declaredType
-    unit = v.unit or (declared.unit if declared is not None else None)
-    nominal = abs(float(v.nominal)) if v.nominal else 1.0
+    nominal = abs(float(_declared(v, "nominal") or 1.0))
+    items = v.declaredType.items if v.type == "Enumeration" and v.declaredType is not None else None
     return ScalarVariable(
         name=canonical(v.name),
         value_reference=v.valueReference,
@@ -111,12 +126,25 @@ def _variable(v: Any) -> ScalarVariable:
         causality=v.causality,
         variability=v.variability,
         initial=v.initial,
-        unit=unit,
-        display_unit=v.displayUnit or (declared.displayUnit if declared is not None else None),
+        unit=_declared(v, "unit"),
+        display_unit=_declared(v, "displayUnit"),
         start=_start(v.type, v.start),
         nominal=nominal or 1.0,
+        minimum=_number(_declared(v, "min")),
+        maximum=_number(_declared(v, "max")),
+        items=None if items is None else {item.name: int(item.value) for item in items},
+        derivative=None if v.derivative is None else canonical(v.derivative.name),
         description=v.description or "",
     )
+
+
+def _declared(v: Any, attribute: str) -> str | None:
+    """Return an attribute of a variable, or else of its declared type."""
+    return getattr(v, attribute) or getattr(v.declaredType, attribute, None) or None
+
+
+def _number(text: str | None) -> float | None:
+    return None if text is None else float(text)
 
 
 def _start(kind: Type, text: str | None) -> Scalar | None:
@@ -127,10 +155,11 @@ def _start(kind: Type, text: str | None) -> Scalar | None:
     return float(text) if kind == "Real" else int(text)
 
 
-def _dependencies(unknown: Any) -> tuple[str, ...] | None:
-    if unknown.dependencies is None:
-        return None
-    return tuple(canonical(v.name) for v in unknown.dependencies)
+def _unknowns(section: Sequence[Any]) -> dict[str, tuple[str, ...] | None]:
+    return {
+        canonical(u.variable.name): None if u.dependencies is None else tuple(canonical(d.name) for d in u.dependencies)
+        for u in section
+    }
 
 
 def _unit(unit: Any) -> Unit:

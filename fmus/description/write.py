@@ -1,57 +1,47 @@
-"""Interface -> modelDescription.xml: the one writer, for every back end.
+"""`ModelDescription` -> modelDescription.xml: the one writer, for every back end; the reader is read.py.
 
-pythonfmu writes no units, dependencies or initial unknowns and a random GUID, so its XML is replaced by this one.
+What the data class does not say is said of every FMU alike: structured names, no asynchronous steps, no use of the
+host's memory functions.
 """
 
-import sys
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
 from lxml import etree
 
-from components.framework.units import BASE_UNITS, UNITS
-from fmus.export.interface import Interface, Scalar, Unknown
+from fmus.description.annotations import write_annotations
+from fmus.description.description import ModelDescription, ScalarVariable
+from fmus.description.units import EXPONENTS, Conversion, Unit
 
-TOOL = "adcs-cosim"
 Element = Any  # lxml gives its element class no public name
-LOG_CATEGORIES = ("logAll", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal")
 
 
-@dataclass(frozen=True)
-class Capabilities:
-    """Capability flags of the CoSimulation element, and its source files."""
-
-    needs_execution_tool: bool = False
-    interpolates_inputs: bool = False
-    output_derivative_order: int = 0
-    directional_derivatives: bool = False
-    source_files: tuple[str, ...] = ()
-
-
-def write(interface: Interface, capabilities: Capabilities, guid: str) -> bytes:
-    """Return modelDescription.xml. guid: a hash of interface, equations, runtime and back end."""
-    cls = type(interface.component)
-    doc = (cls.__doc__ or sys.modules[cls.__module__].__doc__ or "").strip().partition("\n")[0]
+def write(description: ModelDescription) -> bytes:
+    """Return modelDescription.xml."""
     root = etree.Element(
         "fmiModelDescription",
         fmiVersion="2.0",
-        modelName=interface.model_name,
-        guid=guid,
-        description=doc,
-        generationTool=TOOL,
+        modelName=description.model_name,
+        guid=description.guid,
+        description=description.description,
+        generationTool=description.generation_tool,
         variableNamingConvention="structured",
     )
-    _co_simulation(root, interface.model_name, capabilities)
-    _units(root, interface)
-    categories = etree.SubElement(root, "LogCategories")
-    for name in LOG_CATEGORIES:
-        etree.SubElement(categories, "Category", name=name)
-    etree.SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="10.0", stepSize="0.001")
-    _annotations(root, interface)
+    _co_simulation(root, description)
+    _units(root, description.units)
+    types = _types(root, description)
+    if description.log_categories:
+        categories = etree.SubElement(root, "LogCategories")
+        for name in description.log_categories:
+            etree.SubElement(categories, "Category", name=name)
+    _default_experiment(root, description)
+    means = [name for name in description.variables if name in description.step_means]
+    write_annotations(root, description.refresh, description.sampled, means)
     variables = etree.SubElement(root, "ModelVariables")
-    for scalar in interface.variables:
-        _variable(variables, scalar)
-    _structure(root, interface)
+    index = {name: i for i, name in enumerate(description.variables, 1)}
+    for variable in description.variables.values():
+        _variable(variables, variable, index, types)
+    _structure(root, description, index)
     return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
 
 
@@ -59,89 +49,124 @@ def _flag(value: bool) -> str:
     return "true" if value else "false"
 
 
-def _co_simulation(root: Element, identifier: str, capabilities: Capabilities) -> None:
+def _co_simulation(root: Element, description: ModelDescription) -> None:
     element = etree.SubElement(
         root,
         "CoSimulation",
-        modelIdentifier=identifier,
-        needsExecutionTool=_flag(capabilities.needs_execution_tool),
-        canHandleVariableCommunicationStepSize="true",
-        canInterpolateInputs=_flag(capabilities.interpolates_inputs),
-        maxOutputDerivativeOrder=str(capabilities.output_derivative_order),
+        modelIdentifier=description.model_identifier,
+        needsExecutionTool=_flag(description.needs_execution_tool),
+        canHandleVariableCommunicationStepSize=_flag(description.can_handle_variable_step),
+        canInterpolateInputs=_flag(description.can_interpolate_inputs),
+        maxOutputDerivativeOrder=str(description.max_output_derivative_order),
         canRunAsynchronuously="false",
-        canBeInstantiatedOnlyOncePerProcess="false",
+        canBeInstantiatedOnlyOncePerProcess=_flag(description.only_once_per_process),
         canNotUseMemoryManagementFunctions="true",
-        canGetAndSetFMUstate="true",
-        canSerializeFMUstate="true",
-        providesDirectionalDerivative=_flag(capabilities.directional_derivatives),
+        canGetAndSetFMUstate=_flag(description.can_get_and_set_state),
+        canSerializeFMUstate=_flag(description.can_serialize_state),
+        providesDirectionalDerivative=_flag(description.provides_directional_derivative),
     )
-    if capabilities.source_files:
+    if description.source_files:
         sources = etree.SubElement(element, "SourceFiles")
-        for name in capabilities.source_files:
+        for name in description.source_files:
             etree.SubElement(sources, "File", name=name)
 
 
-def _units(root: Element, interface: Interface) -> None:
-    """Write the units that are used, with integer SI exponents; a unit with half exponents has a name only."""
+def _units(root: Element, units: Mapping[str, Unit]) -> None:
+    if not units:
+        return
     definitions = etree.SubElement(root, "UnitDefinitions")
-    for name in sorted({s.unit for s in interface.variables if s.unit}):
-        unit = UNITS[name]
-        element = etree.SubElement(definitions, "Unit", name=name)
-        if all(e == int(e) for e in unit.exponents.values()):
-            exponents = {base: str(int(unit.exponents[base])) for base in BASE_UNITS if base in unit.exponents}
-            etree.SubElement(element, "BaseUnit", exponents)
-        for display, factor in unit.display.items():
-            etree.SubElement(element, "DisplayUnit", name=display, factor=repr(factor))
+    for unit in units.values():
+        element = etree.SubElement(definitions, "Unit", name=unit.name)
+        if unit.base is not None:
+            exponents = {e: str(n) for e, n in zip(EXPONENTS, unit.base.exponents, strict=True) if n}
+            etree.SubElement(element, "BaseUnit", {**exponents, **_conversion(unit.base.to_si)})
+        for name, shown in unit.display.items():
+            etree.SubElement(element, "DisplayUnit", {"name": name, **_conversion(shown)})
 
 
-def _annotations(root: Element, interface: Interface) -> None:
-    """Mark what our master may use: outputs can be re-evaluated without a step; which outputs are step means."""
-    tool = etree.SubElement(etree.SubElement(root, "VendorAnnotations"), "Tool", name=TOOL)
-    slave = etree.SubElement(tool, "Slave", refresh="true", sampled=_flag(interface.component.sampled))
-    for name in interface.step_means:
-        etree.SubElement(slave, "StepMean", variable=name)
+def _conversion(conversion: Conversion) -> dict[str, str]:
+    said = {"factor": (conversion.factor, 1.0), "offset": (conversion.offset, 0.0)}
+    return {name: repr(value) for name, (value, default) in said.items() if value != default}
 
 
-def _variable(parent: Element, scalar: Scalar) -> None:
+def _types(root: Element, description: ModelDescription) -> dict[tuple[tuple[str, int], ...], str]:
+    """Write a type for each set of items of an Enumeration; return items -> its name."""
+    sets = dict.fromkeys(tuple(v.items.items()) for v in description.variables.values() if v.items is not None)
+    if not sets:
+        return {}
+    definitions = etree.SubElement(root, "TypeDefinitions")
+    names = {items: f"Enumeration{i}" for i, items in enumerate(sets, 1)}
+    for items, name in names.items():
+        enumeration = etree.SubElement(etree.SubElement(definitions, "SimpleType", name=name), "Enumeration")
+        for literal, value in items:
+            etree.SubElement(enumeration, "Item", name=literal, value=str(value))
+    return names
+
+
+def _default_experiment(root: Element, description: ModelDescription) -> None:
+    said = description.default_experiment
+    values = {
+        "startTime": said.start,
+        "stopTime": said.stop,
+        "tolerance": said.tolerance,
+        "stepSize": said.step_size,
+    }
+    attributes = {name: repr(value) for name, value in values.items() if value is not None}
+    if attributes:
+        etree.SubElement(root, "DefaultExperiment", attributes)
+
+
+def _variable(
+    parent: Element,
+    variable: ScalarVariable,
+    index: Mapping[str, int],
+    types: Mapping[tuple[tuple[str, int], ...], str],
+) -> None:
     element = etree.SubElement(
         parent,
         "ScalarVariable",
-        name=scalar.name,
-        valueReference=str(scalar.value_reference),
-        causality=scalar.causality,
-        variability=scalar.variability,
+        name=variable.name,
+        valueReference=str(variable.value_reference),
+        causality=variable.causality,
+        variability=variable.variability,
     )
-    if scalar.initial:
-        element.set("initial", scalar.initial)
-    real = etree.SubElement(element, "Real")
-    if scalar.unit:
-        real.set("unit", scalar.unit)
-    if scalar.derivative is not None:
-        real.set("derivative", str(scalar.derivative + 1))
-        return
-    declared = scalar.declared
-    element.set("description", declared.doc)
-    if declared.display_unit:
-        real.set("displayUnit", declared.display_unit)
-    for attribute in ("min", "max", "nominal"):
-        value = getattr(declared, attribute)
-        if value is not None:
-            real.set(attribute, repr(float(value)))
-    if scalar.start is not None:
-        real.set("start", repr(scalar.start))
+    if variable.initial and variable.causality not in ("input", "independent"):  # FMI: these have none to say
+        element.set("initial", variable.initial)
+    if variable.description:
+        element.set("description", variable.description)
+    numbers = int if variable.type in ("Integer", "Enumeration") else float
+    attributes = {
+        "declaredType": None if variable.items is None else types[tuple(variable.items.items())],
+        "unit": variable.unit,
+        "derivative": None if variable.derivative is None else str(index[variable.derivative]),
+        "displayUnit": variable.display_unit,
+        "min": None if variable.minimum is None else repr(numbers(variable.minimum)),
+        "max": None if variable.maximum is None else repr(numbers(variable.maximum)),
+        "nominal": None if variable.nominal == 1.0 else repr(variable.nominal),
+        "start": _start(variable),
+    }
+    etree.SubElement(element, variable.type, {name: text for name, text in attributes.items() if text is not None})
 
 
-def _structure(root: Element, interface: Interface) -> None:
+def _start(variable: ScalarVariable) -> str | None:
+    start = variable.start
+    if start is None or isinstance(start, str):
+        return start
+    return _flag(start) if isinstance(start, bool) else repr(start)
+
+
+def _structure(root: Element, description: ModelDescription, index: Mapping[str, int]) -> None:
     structure = etree.SubElement(root, "ModelStructure")
-    sections: tuple[tuple[str, tuple[Unknown, ...]], ...] = (
-        ("Outputs", interface.outputs),
-        ("Derivatives", interface.derivative_unknowns),
-        ("InitialUnknowns", interface.initial_unknowns),
-    )
-    for tag, unknowns in sections:
+    sections = {
+        "Outputs": description.dependencies,
+        "Derivatives": description.derivatives,
+        "InitialUnknowns": description.initial_unknowns,
+    }
+    for tag, unknowns in sections.items():
         if not unknowns:
             continue
         section = etree.SubElement(structure, tag)
-        for unknown in unknowns:
-            dependencies = " ".join(str(vr + 1) for vr in unknown.dependencies)
-            etree.SubElement(section, "Unknown", index=str(unknown.value_reference + 1), dependencies=dependencies)
+        for name, dependencies in unknowns.items():
+            element = etree.SubElement(section, "Unknown", index=str(index[name]))
+            if dependencies is not None:
+                element.set("dependencies", " ".join(str(index[d]) for d in dependencies))

@@ -18,8 +18,8 @@ from components.framework.component import start_vector
 from components.plants.flexible_spacecraft import FlexibleSpacecraft
 from cosim.slaves.fmi2 import FmuSlave
 from fmus.export.build import build
-from fmus.export.interface import ModelDescription
-from fmus.export.native.native_fmu import native_sources
+from fmus.export.native.native_fmu import describe_native, native_sources
+from fmus.export.regions import regions_of
 from fmus.toolchain import compile_library
 
 STEPS, ROUNDS, H = 20_000, 15, 1e-3
@@ -32,8 +32,7 @@ class Fmu(ctypes.Structure):
 
 def measure(component: Component, folder: Path) -> None:
     name = component.name
-    interface = ModelDescription(component, name, derivatives=True)
-    for file, data in native_sources(interface).items():
+    for file, data in native_sources(component, describe_native(component, name)).items():
         (folder / file).write_bytes(data)
     here = Path(__file__).with_suffix(".c")
     (folder / here.name).write_bytes(here.read_bytes())
@@ -49,7 +48,8 @@ def measure(component: Component, folder: Path) -> None:
         cause: np.array([v.value_reference for v in variables if v.causality == cause], np.uint32)
         for cause in ("input", "output")
     }
-    states = [s.value_reference for s in interface.variables][interface.offset["x"] :][: interface.size["x"]]
+    regions = regions_of(component, derivatives=True)
+    states = range(regions.offset["x"], regions.offset["x"] + regions.size["x"])
     u, p = start_vector(component.inputs), start_vector(component.parameters)
     x, zero, y = np.zeros(len(states)), 0 * u, np.zeros(len(references["output"]))
     c = component.functions.calculate(p).full().ravel()

@@ -7,6 +7,7 @@ native/fmi2.c, the same for every component, includes both. The sources travel i
 import re
 import tempfile
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from string import Formatter
 
@@ -14,10 +15,13 @@ import casadi as ca
 import fmpy
 
 from components.framework import Component
-from fmus.description.write import Capabilities, write
+from fmus.description.annotations import COMMIT_SHOWN, SAMPLE_TIME, SOLVER_STEP
+from fmus.description.description import ModelDescription, ScalarVariable
+from fmus.description.write import write
 from fmus.errors import BuildError
 from fmus.export.archive import guid_of, write_fmu
-from fmus.export.interface import REGIONS, Interface, Scalar
+from fmus.export.describe import describe
+from fmus.export.regions import REGIONS, regions_of
 from fmus.toolchain import HOST, SUFFIXES, compile_library, host_platform, resolve_platforms
 
 BACKEND = "native"
@@ -41,8 +45,8 @@ def build_native(
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name, re.ASCII):
         raise BuildError(f"an FMU's name is an identifier of C (letters, digits, _), {name!r} is none.")
     wanted = resolve_platforms(platforms)
-    interface = Interface(component, name, derivatives=True)
-    sources = native_sources(interface)
+    description = describe_native(component, name)
+    sources = native_sources(component, description)
     files = {f"sources/{file}": data for file, data in sources.items()}
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / "sources"
@@ -54,33 +58,36 @@ def build_native(
             library = Path(place) / system / f"{name}{SUFFIXES[system]}"
             compile_library(folder, RUNTIME.name, library, platform)
             files[f"binaries/{system}/{library.name}"] = library.read_bytes()
-    description = write(interface, _capabilities(interface), native_guid(interface, sources))
-    return write_fmu(path, {"modelDescription.xml": description, **files})
+    xml = write(replace(description, guid=native_guid(description, sources)))
+    return write_fmu(path, {"modelDescription.xml": xml, **files})
 
 
-def native_sources(interface: Interface) -> dict[str, bytes]:
+def describe_native(component: Component, model_name: str) -> ModelDescription:
+    """Return what the native FMU of a component says, with an empty GUID."""
+    return describe(
+        component,
+        model_name,
+        derivatives=True,
+        can_interpolate_inputs=True,
+        max_output_derivative_order=0 if component.sampled else 1,
+        source_files=(RUNTIME.name,),
+    )
+
+
+def native_sources(component: Component, description: ModelDescription) -> dict[str, bytes]:
     """Return the C sources of an FMU by file name; fmi2.c is the one to compile."""
-    code, sizes = _generated(interface.component)
+    code, sizes = _generated(component)
     sources = {file: (Path(fmpy.__file__).parent / "c-code" / file).read_bytes() for file in HEADERS}
-    sources |= {RUNTIME.name: RUNTIME.read_bytes(), "model.c": code, "model.h": _model_header(interface)}
+    sources |= {RUNTIME.name: RUNTIME.read_bytes(), "model.c": code, "model.h": _model_header(component, description)}
     sources["model.c"] += sizes
-    sources["model.h"] += f'#define MODEL_GUID "{native_guid(interface, sources)}"\n'.encode()
+    sources["model.h"] += f'#define MODEL_GUID "{native_guid(description, sources)}"\n'.encode()
     return sources
 
 
-def native_guid(interface: Interface, sources: dict[str, bytes]) -> str:
-    """Return the hash of the interface and the sources, but for the line in model.h that holds it."""
+def native_guid(description: ModelDescription, sources: dict[str, bytes]) -> str:
+    """Return the hash of the description and the sources, but for the line in model.h that holds it."""
     header = re.sub(rb"#define MODEL_GUID .*\n", b"", sources["model.h"])
-    return guid_of(BACKEND, write(interface, _capabilities(interface), ""), sources | {"model.h": header})
-
-
-def _capabilities(interface: Interface) -> Capabilities:
-    return Capabilities(
-        interpolates_inputs=True,
-        output_derivative_order=0 if interface.component.sampled else 1,
-        directional_derivatives=True,
-        source_files=(RUNTIME.name,),
-    )
+    return guid_of(BACKEND, write(description), sources | {"model.h": header})
 
 
 # ---- model.c -----------------------------------------------------------------------------------------------
@@ -137,24 +144,22 @@ def _generated(part: Component) -> tuple[bytes, bytes]:
 # ---- model.h -----------------------------------------------------------------------------------------------
 
 
-def _model_header(interface: Interface) -> bytes:
-    part = interface.component
+def _model_header(part: Component, description: ModelDescription) -> bytes:
     conditions = part.functions.conditions
-    sizes = {f"N{region.upper()}": interface.size[region] for region in REGIONS}
-    sizes["NM"] = len(interface.step_means)
+    sizes = {f"N{region.upper()}": regions_of(part, derivatives=True).size[region] for region in REGIONS}
+    sizes["NM"] = len(description.step_means)
     sizes["N_CONDITIONS"] = len(conditions)
     sizes["N_SHOWN"] = sum(len(c.shown) for c in conditions)
-    references = {s.name: s.value_reference for s in interface.variables}
-    lines = [f"/* Generated from the component {part.name}. */", f"#define MODEL_NAME {_quoted(interface.model_name)}"]
+    variables = description.variables
+    lines = [
+        f"/* Generated from the component {part.name}. */",
+        f"#define MODEL_NAME {_quoted(description.model_name)}",
+    ]
     lines += [f"#define {name} {size}" for name, size in sizes.items()]
     lines.append(f"#define SAMPLED {int(part.sampled)}")
-    for macro, name in (
-        ("SOLVER_STEP", "solver.step"),
-        ("SAMPLE_TIME", "sample_time"),
-        ("COMMIT_SHOWN", "solver.commit_shown"),
-    ):
-        lines.append(f"#define {macro} {references.get(name, 0)}")
-    rows = [f"    {{{_quoted(s.name)}, {(s.start or 0.0)!r}, {_flags(s)}}}," for s in interface.variables]
+    for macro, name in (("SOLVER_STEP", SOLVER_STEP), ("SAMPLE_TIME", SAMPLE_TIME), ("COMMIT_SHOWN", COMMIT_SHOWN)):
+        lines.append(f"#define {macro} {variables[name].value_reference if name in variables else 0}")
+    rows = [f"    {{{_quoted(v.name)}, {(v.start or 0.0)!r}, {_flags(v)}}}," for v in variables.values()]
     lines += ["static const Variable variables[] = {", *rows, '    {"", 0.0, 0}};']
     if conditions:
         texts = [f"    {_quoted(_pattern(part, c.text, len(c.shown)))}," for c in conditions]
@@ -162,14 +167,14 @@ def _model_header(interface: Interface) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-def _flags(scalar: Scalar) -> str:
+def _flags(variable: ScalarVariable) -> str:
     """Return when a variable may be set and whether it is an output, in the words of fmi2.c."""
     flags: list[str] = []
-    if scalar.start is not None:
+    if variable.start is not None:
         flags.append("SET_BEFORE")
-    if scalar.causality == "input" or (scalar.causality == "parameter" and scalar.variability == "tunable"):
+    if variable.causality == "input" or (variable.causality == "parameter" and variable.variability == "tunable"):
         flags.append("SET_BETWEEN")
-    if scalar.causality == "output":
+    if variable.causality == "output":
         flags.append("OUTPUT")
     return " | ".join(flags) or "0"
 

@@ -1,7 +1,6 @@
 """A slave without an FMU: the Python runtime behind the functions that a master calls. For fast tests of masters.
 
-It is no FMU, so a master must be told what one would have said: its interface, read from `description`, and the
-exception that stands for a failed call.
+It is no FMU, so a master must be told the exception that stands for a failed call.
 """
 
 import json
@@ -11,27 +10,25 @@ from typing import Any
 import numpy as np
 
 from components.framework import Component
-from fmus.description.write import Capabilities, write
-from fmus.export.interface import Interface
+from fmus.description.description import ModelDescription
+from fmus.export.describe import describe
 from fmus.export.python.runtime import Runtime, RuntimeFailure
 
-CAPABILITIES = Capabilities(interpolates_inputs=True)
 
-
-def description(component: Component, model_name: str | None = None) -> bytes:
-    """Return the modelDescription.xml that an FMU with the capabilities of this slave would have."""
-    return write(Interface(component, model_name or component.name, derivatives=False), CAPABILITIES, "{in-process}")
+def describe_in_process(component: Component) -> ModelDescription:
+    """Return what an FMU with the capabilities of this slave would say."""
+    return describe(component, component.name, derivatives=False, can_interpolate_inputs=True)
 
 
 class InProcessSlave:
     """One instance of a component in this process.
 
-    description: what the master reads from `description(component)`. failed(instance, function, status, messages)
-    returns the exception that the master expects where an FMU would have returned an error.
+    failed(instance, function, status, messages) returns the exception that the master expects where an FMU would have
+    returned an error.
     """
 
-    def __init__(self, name: str, component: Component, description: Any, failed: Callable[..., Exception]):
-        self.name, self.description, self.messages = name, description, list[str]()
+    def __init__(self, name: str, component: Component, failed: Callable[..., Exception]):
+        self.name, self.description, self.messages = name, describe_in_process(component), list[str]()
         self._component, self._failed = component, failed
         self._runtime = Runtime(component)
 

@@ -12,6 +12,7 @@ pythonfmu gives the wrapper binaries and Fmi2Slave; modelDescription.xml is ours
 import hashlib
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,15 +20,16 @@ import numpy as np
 import pythonfmu
 
 from components.framework import Component
-from fmus.description.write import Capabilities, write
+from fmus.description.description import ModelDescription
+from fmus.description.write import write
 from fmus.errors import BuildError
 from fmus.export.archive import guid_of, write_fmu
-from fmus.export.interface import Interface
+from fmus.export.describe import describe, summary
 from fmus.export.sources import Sources, sources_of
 
 BACKEND = "python"
 SLAVE = Path(__file__).with_name("slave.py")
-TRAVELLERS = ("fmus.export.interface", "fmus.export.python.runtime", "fmus.export.source_loader")
+TRAVELLERS = ("fmus.export.describe", "fmus.export.python.runtime", "fmus.export.source_loader")
 REQUIREMENTS = "numpy>=1.26\ncasadi>=3.7,<3.9\n"
 
 
@@ -63,12 +65,12 @@ def build_python(component: Component, path: Path, model_name: str | None = None
         "class": type(component).__name__,
         "values": {key: _plain(value) for key, value in component.given.items()},
     }
-    interface = Interface(component, name, derivatives=False)
+    description = describe_python(component, name)
     script = SLAVE.read_bytes()
     script_name = f"adcs_slave_{hashlib.sha256(script).hexdigest()[:12]}"
     resources: dict[str, bytes] = {f"source/{relative}": file.read_bytes() for relative, file in files.items()}
     resources["component.json"] = json.dumps(settings, indent=1).encode()
-    resources["interface.json"] = json.dumps(interface.summary()).encode()
+    resources["interface.json"] = json.dumps(summary(description)).encode()
     resources["requirements.txt"] = REQUIREMENTS.encode()
     resources["slavemodule.txt"] = script_name.encode()
     resources[f"{script_name}.py"] = script
@@ -78,6 +80,10 @@ def build_python(component: Component, path: Path, model_name: str | None = None
     archive = {f"resources/{relative}": data for relative, data in resources.items()}
     for binary in sorted((package / "resources" / "binaries").rglob("*.*")):
         archive[f"binaries/{binary.parent.name}/{name}{binary.suffix}"] = binary.read_bytes()
-    capabilities = Capabilities(needs_execution_tool=True)
-    guid = guid_of(BACKEND, write(interface, capabilities, ""), archive)
-    return write_fmu(path, {"modelDescription.xml": write(interface, capabilities, guid), **archive})
+    guid = guid_of(BACKEND, write(description), archive)
+    return write_fmu(path, {"modelDescription.xml": write(replace(description, guid=guid)), **archive})
+
+
+def describe_python(component: Component, model_name: str) -> ModelDescription:
+    """Return what the python FMU of a component says, with an empty GUID."""
+    return describe(component, model_name, derivatives=False, needs_execution_tool=True)

@@ -41,9 +41,10 @@ class ComponentSlave(Fmi2Slave):
         load = _loader(source).import_from
         cls = getattr(load(source, files, settings["module"]), settings["class"])
         component = cls(**settings["values"])
-        interface = load(source, files, "fmus.export.interface").Interface(component, settings["model_name"], False)
+        describe = load(source, files, "fmus.export.describe")
+        said = describe.summary(describe.describe(component, settings["model_name"], derivatives=False))
         built = json.loads((resources / "interface.json").read_text(encoding="utf-8"))
-        for what, now in interface.summary().items():
+        for what, now in said.items():
             if now != built[what]:
                 pairs = zip(built[what], now, strict=False)
                 changed = next((f"{a} is now {b}" for a, b in pairs if a != b), "their number has changed")

@@ -1,7 +1,5 @@
 """geng2012: its systems, claims on made-up runs, figures."""
 
-from pathlib import Path
-
 import numpy as np
 import pyarrow as pa
 import pytest
@@ -14,10 +12,9 @@ from cosim.results.result import Result
 from cosim.studies import papers, plots
 from cosim.studies.papers import geng2012
 from cosim.studies.papers.geng2012 import system
+from cosim.system import Value
 from cosim.system.expand import wire
-from cosim.system.system import Value
-from fmus.description.read import parse_description
-from fmus.export.python.in_process import description
+from fmus.export.python.in_process import describe_in_process
 
 from . import geng2012_reference as outside
 
@@ -68,9 +65,7 @@ def test_the_system_fits_its_components(name):
     """All inputs fed, every parameter known, every unit convertible: nothing is left to complain about."""
     flight, experiment = papers.scenario(name)
     descriptions = {
-        instance: parse_description(
-            description(CATALOG[reference.split(":")[0]]().variant(**STRUCTURE.get(instance, {}))), Path(reference)
-        )
+        instance: describe_in_process(CATALOG[reference.split(":")[0]]().variant(**STRUCTURE.get(instance, {})))
         for instance, reference in flight.components.items()
     }
     settings = {str(port): value for port, value in wire(flight, descriptions).settings.items()}

@@ -1,7 +1,6 @@
 """The systems and claims of li2014."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
@@ -13,10 +12,9 @@ from cosim.studies import metrics, papers
 from cosim.studies.papers import li2014
 from cosim.studies.papers.claims import judge
 from cosim.studies.papers.li2014 import spectrum, system
+from cosim.system import Value
 from cosim.system.expand import wire
-from cosim.system.system import Value
-from fmus.description.read import parse_description
-from fmus.export.python.in_process import description
+from fmus.export.python.in_process import describe_in_process
 
 IDEAL = (system.NN, system.NO_NN, system.NN_LVLH, system.NO_NN_LVLH)
 
@@ -27,8 +25,7 @@ def test_the_system_fits_its_components(name):
     flight, experiment = papers.scenario(name)
     assert flight.name == name
     descriptions = {
-        instance: parse_description(description(CATALOG[reference]()), Path(reference))
-        for instance, reference in flight.components.items()
+        instance: describe_in_process(CATALOG[reference]()) for instance, reference in flight.components.items()
     }
     settings = {str(port): value for port, value in wire(flight, descriptions).settings.items()}
     assert settings["plant.J[2,2]"] == settings["controller.J[2,2]"] == 200.0

@@ -1,7 +1,5 @@
 """xiao2011: its systems, claims on made-up runs, figures."""
 
-from pathlib import Path
-
 import numpy as np
 import pyarrow as pa
 import pytest
@@ -15,8 +13,7 @@ from cosim.studies.papers import xiao2011
 from cosim.studies.papers.claims import Claim
 from cosim.studies.papers.xiao2011 import gain, system, tracking
 from cosim.system.expand import wire
-from fmus.description.read import parse_description
-from fmus.export.python.in_process import description
+from fmus.export.python.in_process import describe_in_process
 
 from . import xiao2011_reference as outside
 
@@ -84,7 +81,7 @@ def settings_of(flight):
         kind, _, structure = reference.partition(":")
         part = CATALOG[kind]()
         part = part.variant(modes=int(structure[-1])) if structure else part
-        descriptions[instance] = parse_description(description(part), Path(kind))
+        descriptions[instance] = describe_in_process(part)
     return {str(port): value for port, value in wire(flight, descriptions).settings.items()}
 
 

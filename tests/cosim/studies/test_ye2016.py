@@ -1,7 +1,5 @@
 """The systems, claims and figures of ye2016."""
 
-from pathlib import Path
-
 import numpy as np
 import pyarrow as pa
 import pytest
@@ -18,10 +16,9 @@ from cosim.studies import papers, plots
 from cosim.studies.papers import ye2016
 from cosim.studies.papers.claims import Claim
 from cosim.studies.papers.ye2016 import system, tracking
+from cosim.system import Value
 from cosim.system.expand import wire
-from cosim.system.system import Value
-from fmus.description.read import parse_description
-from fmus.export.python.in_process import description
+from fmus.export.python.in_process import describe_in_process
 
 NAMES = [
     "ye2016-nonadaptive",
@@ -54,8 +51,7 @@ def test_the_system_fits_its_components(name):
     flight, experiment = papers.scenario(name)
     assert flight.name == name and experiment.stop_time == 800.0
     descriptions = {
-        instance: parse_description(description(PARTS[reference]()), Path(reference))
-        for instance, reference in flight.components.items()
+        instance: describe_in_process(PARTS[reference]()) for instance, reference in flight.components.items()
     }
     settings = {str(port): value for port, value in wire(flight, descriptions).settings.items()}
     assert settings["controller.rotor_axes_B[2,1]"] == settings["actuators.rotor_axes_B[2,1]"] == 1.0

@@ -1,5 +1,4 @@
 import dataclasses
-from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
@@ -12,10 +11,9 @@ from cosim.studies import papers, plots
 from cosim.studies.papers import zhang2018
 from cosim.studies.papers.claims import Claim, Measured, judge, outcome
 from cosim.studies.papers.zhang2018 import system, tracking
+from cosim.system import Value
 from cosim.system.expand import wire
-from cosim.system.system import Value
-from fmus.description.read import parse_description
-from fmus.export.python.in_process import description
+from fmus.export.python.in_process import describe_in_process
 
 from . import zhang2018_reference as outside
 
@@ -89,8 +87,7 @@ def test_the_system_fits_its_components(name):
     """All inputs fed, every parameter known, every unit convertible: nothing is left to complain about."""
     flight, _ = papers.scenario(name)
     descriptions = {
-        instance: parse_description(description(CATALOG[reference]()), Path(reference))
-        for instance, reference in flight.components.items()
+        instance: describe_in_process(CATALOG[reference]()) for instance, reference in flight.components.items()
     }
     settings = {str(port): value for port, value in wire(flight, descriptions).settings.items()}
     assert settings["controller.angle_unit"] == pytest.approx(np.pi / 180)

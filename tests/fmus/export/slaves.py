@@ -19,7 +19,8 @@ from fmpy.fmi2 import (
 from fmpy.logging import addLoggerProxy
 from fmpy.model_description import read_model_description
 
-from fmus.export.interface import Interface
+from fmus.export.native.native_fmu import describe_native
+from fmus.export.regions import regions_of
 
 _MESSAGES: dict[str, list[str]] = {}  # by instance: fmpy's proxy, which formats messages, knows one logger only
 _COUNT = count()
@@ -96,9 +97,8 @@ def unpack(path: Path) -> Path:
 
 def names_of(component, model_name: str, *regions: str) -> list[str]:
     """Names of the scalars of some regions of v."""
-    interface = Interface(component, model_name, derivatives=True)
-    names = [s.name for s in interface.variables]
-    return [names[interface.offset[r] + i] for r in regions for i in range(interface.size[r])]
+    names, places = list(describe_native(component, model_name).variables), regions_of(component, derivatives=True)
+    return [names[places.offset[r] + i] for r in regions for i in range(places.size[r])]
 
 
 def refused(call, *arguments, **named) -> None:

@@ -3,17 +3,15 @@
 import pytest
 from lxml import etree
 
-from fmus.description.write import Capabilities, write
-from fmus.export.interface import Interface
+from fmus.description.write import write
+from fmus.export.describe import describe
 
 from .fmi_rules import breaches_in
 from .parts import Sum, Swing, Wheel, every
 
 
 def description(component, derivatives=True) -> bytes:
-    return write(
-        Interface(component, component.name, derivatives), Capabilities(directional_derivatives=derivatives), "{guid}"
-    )
+    return write(describe(component, component.name, derivatives=derivatives))
 
 
 @pytest.mark.parametrize("derivatives", [True, False], ids=["native", "python"])

@@ -12,8 +12,7 @@ from numpy.testing import assert_array_equal
 
 from components.framework import Component, Condition, Output, Parameter, State
 from fmus.errors import BuildError
-from fmus.export.interface import Interface
-from fmus.export.native.native_fmu import build_native, native_sources
+from fmus.export.native.native_fmu import build_native, describe_native, native_sources
 from fmus.toolchain import FLAGS, find_compiler, host_platform
 
 from .parts import Braces, Gain, Integrator, Modes, Plain, Sum, Swing, Wheel, every
@@ -37,7 +36,7 @@ def test_guid_follows_interface_and_equations():
             return {"y": 2 * p.k * u.u * (1 + t)}
 
     def guid(component, name="Gain"):
-        header = native_sources(Interface(component, name, derivatives=True))["model.h"].decode()
+        header = native_sources(component, describe_native(component, name))["model.h"].decode()
         return header.partition("MODEL_GUID ")[2]
 
     guids = [guid(Gain()), guid(Gain(k=4.0)), guid(Gain(), "Other"), guid(Doubled())]
@@ -116,7 +115,7 @@ def test_sources_rebuild_the_binary(fmus, tmp_path):
 
 
 def test_only_existing_functions_are_generated():
-    code = {n: native_sources(Interface(c, n, derivatives=True))["model.c"].decode() for n, c in PARTS.items()}
+    code = {n: native_sources(c, describe_native(c, n))["model.c"].decode() for n, c in PARTS.items()}
     assert " rates(" not in code["Gain"] and " advance(" not in code["Gain"]
     assert " outputs(" not in code["Autonomous"]
     assert " update(" in code["Sum"] and " update(" not in code["Swing"]

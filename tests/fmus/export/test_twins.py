@@ -1,18 +1,13 @@
 """One component, three slaves: python FMU, native FMU and in-process slave give one trajectory."""
 
-from io import BytesIO
-from zipfile import ZipFile
-
 import numpy as np
 import pytest
-from fmpy.model_description import read_model_description
 
 from components.catalog import CATALOG
 from cosim.errors import CallFailed
 from cosim.slaves.fmi2 import FmuSlave
-from fmus.description.read import from_model_description
 from fmus.export.build import build
-from fmus.export.python.in_process import InProcessSlave, description
+from fmus.export.python.in_process import InProcessSlave
 
 from .parts import every
 
@@ -30,13 +25,7 @@ def slaves(tmp_path_factory):
     def slave(kind: str, name: str):
         component = components[name]
         if kind == "in-process":
-            archive = BytesIO()
-            with ZipFile(archive, "w") as file:
-                file.writestr("modelDescription.xml", description(component))
-            read = read_model_description(archive)
-            made = InProcessSlave(
-                "unit", component, from_model_description(read, refresh=True, step_means=()), CallFailed
-            )
+            made = InProcessSlave("unit", component, CallFailed)
         else:
             path = folder / kind / f"{name}.fmu"
             made = FmuSlave("unit", path if path.exists() else build(component, path, kind))

@@ -1,0 +1,35 @@
+"""The one flat vector that holds every real variable of an FMU; a value reference is an index into it.
+
+    [ p parameters | c calculated parameters | u inputs | x states | y other outputs | d state derivatives ]
+
+d exists where the FMU provides directional derivatives (native) of continuous states.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from components.framework import Component, Variable
+
+REGIONS = ("p", "c", "u", "x", "y", "d")
+
+
+@dataclass(frozen=True)
+class Regions:
+    """Region -> its number of scalars, and the value reference of its first one."""
+
+    size: Mapping[str, int]
+    offset: Mapping[str, int]
+
+
+def regions_of(component: Component, derivatives: bool) -> Regions:
+    """Return the regions of a component's FMU; derivatives: whether it provides directional ones."""
+    groups: dict[str, Iterable[Variable]] = {
+        "p": component.parameters,
+        "c": component.calculated_parameters,
+        "u": component.inputs,
+        "x": component.states,
+        "y": component.outputs_declared,
+        "d": component.states if derivatives and not component.sampled else (),
+    }
+    size = {region: component.size(groups[region]) for region in REGIONS}
+    return Regions(size, {region: sum(size[r] for r in REGIONS[:i]) for i, region in enumerate(REGIONS)})
