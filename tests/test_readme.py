@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from cosim.studies.papers import PAPERS, systems
+from cosim.studies.papers import PAPERS, describe
 
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 BLOCK = re.compile(r"^```(\w+) ?(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -59,8 +59,8 @@ def test_the_claims_table_of_the_readme_has_every_claim_of_every_paper():
         [cell.strip() for cell in line.strip("|").split("|")] for line in README.splitlines() if line.count("|") == 5
     ]
     told = Counter(row[0] for row in rows if row[3] in ("reproduced", "partly", "not reproduced"))
-    assert told == {key: len(paper.CLAIMS) for key, paper in PAPERS.items()}
+    assert told == {key: len(paper.claims) for key, paper in PAPERS.items()}
 
 
 def test_the_number_of_experiments_is_that_of_the_papers():
-    assert f"flies the {len(systems())} experiments of five published control systems" in README
+    assert f"flies the {len(describe())} experiments of five published control systems" in README

@@ -45,7 +45,7 @@ def _reported() -> Any:
     try:
         yield
     except (SimulationError, BuildError) as error:
-        console.error(error)
+        console.write_error(error)
         raise typer.Exit(1 if getattr(error, "result", None) is not None else 2) from error
 
 
@@ -55,9 +55,11 @@ def list_() -> None:
     from cosim.studies import papers
 
     with _reported():
-        console.listing("components (adcs build NAME)", building.component_docs())
-        console.listing("systems (adcs run NAME)", papers.descriptions())
-        console.listing("papers (adcs reproduce NAME)", papers.titles())
+        console.write_listing("components (adcs build NAME)", building.component_docs())
+        console.write_listing("systems (adcs run NAME)", papers.describe())
+        console.write_listing(
+            "papers (adcs reproduce NAME)", {key: paper.title for key, paper in papers.PAPERS.items()}
+        )
 
 
 @app.command()
@@ -91,9 +93,9 @@ def build(
                     for b, place in zip(backends, places, strict=True)
                 ]
             else:
-                from cosim.cli import show
+                from cosim.cli import instances
 
-                paths = show.built(name, backends, platforms, out, console.note)
+                paths = instances.build_system(name, backends, platforms, out, console.note)
             for path in paths:
                 typer.echo(path)
 
@@ -113,11 +115,11 @@ def show_(
     with _reported():
         locate = Library(backend, console.note)
         if name.endswith(".fmu") or building.is_component(name):
-            console.write(show.fmu(locate(name)))
+            show.write_fmu(locate(name))
         else:
             system, experiment = scenario.load(name)
             experiment = overrides.with_experiment(experiment, master=master)
-            console.write(show.system(system, experiment, locate))
+            show.write_system(system, experiment, locate)
 
 
 @app.command()
@@ -165,11 +167,13 @@ def run(
 
     with _reported():
         system, experiment = scenario.load(name)
-        threshold = papers.settled(name) if settled is None else overrides.parse_degrees(settled, "--settled")
+        owner = papers.find_owner(name)
+        usual = metrics.THRESHOLD if owner is None else owner.settled
+        threshold = usual if settled is None else overrides.parse_degrees(settled, "--settled")
         locate = Library(backend, console.note)
         system, swaps = overrides.with_units(system, use or [], locate)
         for swap in swaps:
-            console.swap(swap)
+            console.write_swap(swap)
         for file in params or []:
             system = overrides.with_parameters(system, overrides.parameter_file(file))
         system = overrides.with_parameters(system, overrides.assignments(set_ or []))
@@ -187,7 +191,7 @@ def run(
                     format=format,
                     overwrite=force,
                     swaps=swaps,
-                    metrics=lambda run: metrics.attitude(run, threshold),
+                    metrics=lambda run: metrics.measure(run, threshold),
                 )
             except SimulationError as error:
                 if error.result is None:
@@ -216,11 +220,11 @@ def plot_(
         names = [folder.name for folder in folders]
         labels = [n if names.count(n) == 1 else str(folder) for n, folder in zip(names, folders, strict=True)]
         results = {label: Result.read(folder) for label, folder in zip(labels, folders, strict=True)}
-        drawn = plots.save(plots.figures(results), out or folders[0])
+        drawn = plots.save(plots.draw(results), out or folders[0])
         for path in drawn:
             typer.echo(path)
         if not drawn:
-            console.nothing_drawn()
+            console.note_nothing_drawn()
 
 
 @app.command("reproduce")
@@ -236,17 +240,17 @@ def reproduce_(
 
     Exit status 1 after Ctrl-C or a failure: the report has the experiments that were flown.
     """
-    from cosim.studies import papers, reproduce
+    from cosim.studies import papers, reproduction
 
     with _reported():
         locate = Library(backend, console.note)
         chosen = list(dict.fromkeys(names or papers.PAPERS))
         with console.progress("reproduce") as progress:
-            report = reproduce.reproduce(chosen, out, locate, progress, console.note, overwrite=force)
-        console.claims(report.verdicts)
-        rows = list(reproduce.metrics_rows(report.results, reproduce.BRIEF))
-        console.table(("experiment", *reproduce.BRIEF, "ended"), rows)
-        console.files(report.files)
+            report = reproduction.reproduce(chosen, out, locate, progress, console.note, overwrite=force)
+        console.write_claims(report.verdicts)
+        rows = list(reproduction.metrics_rows(report.results, reproduction.BRIEF))
+        console.write_table(("experiment", *reproduction.BRIEF, "ended"), rows, whole=(0, -1))
+        console.write_files(report.files)
         if report.failure is not None:
             raise report.failure
         if not report.complete:
@@ -271,26 +275,27 @@ def compare_(
     A plant has its paper's cluster, or wheels. The vehicle's parameters are carried into the controller, gains are not
     retuned. Exit status 1 after Ctrl-C: the table has the flights that were finished.
     """
-    from cosim.studies import compare
+    from cosim.studies import comparison
 
     with _reported(), console.progress("compare") as progress:
         rows, columns = ([name.strip() for name in text.split(",")] if text else [] for text in (plants, controllers))
         locate = Library(backend, console.note)
-        table = compare.compare(rows, columns, out, locate, progress, console.note, overwrite=force)
+        table = comparison.compare(rows, columns, out, locate, progress, console.note, overwrite=force)
     # what a controller is told of a vehicle is the vehicle's own; compare.json has the sets pair by pair
-    console.parameters({name: values for name, values in table.parameters.items() if " on " not in name})
-    for line in compare.mission.WORDS:
+    console.write_parameters({name: values for name, values in table.parameters.items() if " on " not in name})
+    for line in comparison.mission.WORDS:
         console.write(line)
     for plant, cluster in table.clusters.items():
         cells = [cell for cell in table.cells if cell.plant == plant]
         if not cells:
             continue
         console.write(f"\n{plant} with {cluster}")
-        console.table(("controller", *compare.COLUMNS), [compare.row(cell)[1:-1] for cell in cells if cell.figures])
+        rows = [comparison.make_row(cell)[1:-1] for cell in cells if cell.figures]
+        console.write_table(("controller", *comparison.COLUMNS), rows, whole=(0,))
         for cell in cells:
             if cell.remark:
                 console.write(f"{cell.controller} on {plant} {cell.remark}")
-    console.files(table.files)
+    console.write_files(table.files)
     if not table.complete:
         console.note(f"interrupted: {len(table.cells)} of {table.planned} flights flown")
         raise typer.Exit(1)
@@ -301,19 +306,19 @@ def _tell(name: str, result: "Result", plot: bool, as_published: bool) -> None:
     from cosim.results.result import FILES
     from cosim.studies import papers, plots
 
-    console.summary(result)
+    console.write_summary(result)
     own = result.info["status"] == "finished" and as_published
     if own:
-        console.claims(papers.verdicts(name, result))
-    remark = papers.remark(name, result, as_published)
+        console.write_claims(papers.judge_run(name, result))
+    remark = papers.explain_open(name, result, as_published)
     if remark:
         console.write(remark)
     if result.folder is None:
         return
     files = [result.folder / file for file in FILES if (result.folder / file).exists()]
     if plot and len(result) > 1:
-        drawn = papers.figures(name, result) if own else plots.figures({result.info["system"]: result})
+        drawn = papers.draw_run(name, result) if own else plots.draw({result.info["system"]: result})
         files += plots.save(drawn, result.folder)
         if not drawn:
-            console.nothing_drawn()
-    console.files(files)
+            console.note_nothing_drawn()
+    console.write_files(files)

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rich.box import Box
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -23,6 +24,9 @@ LONG = 100
 WIDTH = 120
 """Characters of a table that goes to a file."""
 
+RULED = Box("    \n    \n -- \n    \n -- \n -- \n    \n    \n")
+"""Columns between blanks, a line under the head and between groups."""
+
 _out = Console(soft_wrap=True, highlight=False, width=None if sys.stdout.isatty() else WIDTH)
 _err = Console(stderr=True, soft_wrap=True, highlight=False)
 
@@ -32,7 +36,7 @@ def note(line: str) -> None:
     _err.print(line, style="dim", markup=False)
 
 
-def error(problem: Exception) -> None:
+def write_error(problem: Exception) -> None:
     """What went wrong, as its class and its text."""
     _err.print(f"{type(problem).__name__}: {problem}", style="red", markup=False)
 
@@ -42,10 +46,11 @@ def write(text: str) -> None:
     _out.print(text, markup=False)
 
 
-def listing(title: str, entries: Mapping[str, str]) -> None:
+def write_listing(title: str, entries: Mapping[str, str]) -> None:
     """Names with one line each."""
-    width = max(map(len, entries), default=0)
-    write("\n".join([f"{title}:", *(f"  {name:{width}}  {text}" for name, text in entries.items()), ""]))
+    write(f"{title}:")
+    write_table((), [(f"  {name}", text) for name, text in entries.items()])
+    write("")
 
 
 @contextmanager
@@ -61,7 +66,7 @@ def progress(title: str) -> Generator[Callable[[float, float], None]]:
         yield show
 
 
-def swap(report: "SwapReport") -> None:
+def write_swap(report: "SwapReport") -> None:
     """What replacing the FMU of an instance kept, dropped and added."""
     _out.print(f"{report.instance} = {report.reference}", markup=False)
     for word, entries in (("kept", report.kept), ("dropped", report.dropped), ("added", report.added)):
@@ -69,7 +74,7 @@ def swap(report: "SwapReport") -> None:
             _out.print(f"  {word:8}{entry}", markup=False)
 
 
-def summary(result: "Result") -> None:
+def write_summary(result: "Result") -> None:
     """How a run ended, how long it took, whether its controller left its domain, and its metrics."""
     from cosim.studies.metrics import out_of_domain  # here, for a message must not wait for what it imports
 
@@ -86,39 +91,39 @@ def summary(result: "Result") -> None:
     if outside := out_of_domain(result):
         write(f"the controller was {outside}")
     metrics: Mapping[str, object] = info.get("metrics") or {}
-    if metrics:
-        table = Table(show_header=False, box=None, pad_edge=False)
-        for name, value in metrics.items():
-            table.add_row(escape(name), escape(_figures(value)))
-        _out.print(table)
+    write_table((), [(name, _figures(value)) for name, value in metrics.items()])
 
 
-def claims(verdicts: "Sequence[Verdict]") -> None:
+def write_claims(verdicts: "Sequence[Verdict]") -> None:
     """The claims beside what was measured, in one table; of those not judged only why."""
     judged = [v for v in verdicts if v.verdict != "not judged"]
-    if judged:
-        papers = [v.paper for v in judged]
-        shown = Table("paper", "claim", "paper says", "measured", "verdict", pad_edge=False)
-        for v, following in zip(judged, [*papers[1:], ""], strict=True):
-            row = map(escape, (v.paper, v.claim, v.said, v.measured, v.verdict))
-            shown.add_row(*row, end_section=v.paper != following)
-        _out.print(shown)
+    head = ("paper", "claim", "paper says", "measured", "verdict")
+    write_table(head, [(v.paper, v.claim, v.said, v.measured, v.verdict) for v in judged], grouped=True)
     for paper, why in dict.fromkeys((v.paper, v.measured) for v in verdicts if v not in judged):
         count = sum((v.paper, v.measured) == (paper, why) for v in verdicts if v not in judged)
         write(f"{count} claim{'s' if count > 1 else ''} of {paper} not judged: {why}")
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Rows of texts under a head."""
-    shown = Table(*head, pad_edge=False)
-    for column in shown.columns[:: len(head) - 1 or 1]:  # names and how it ended stay whole
-        column.no_wrap = True
-    for row in rows:
-        shown.add_row(*map(escape, row))
+def write_table(
+    head: Sequence[str], rows: Sequence[Sequence[str]], *, whole: Sequence[int] = (), grouped: bool = False
+) -> None:
+    """Rows of texts under a head, if it has one; nothing without rows.
+
+    A text that is too long for the screen goes on below, except in the columns `whole`. Grouped: a line where the first
+    text changes.
+    """
+    if not rows:
+        return
+    shown = Table(*head, show_header=bool(head), box=RULED, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
+    for index in whole:
+        shown.columns[index].no_wrap = True
+    firsts = [row[0] for row in rows]
+    for row, following in zip(rows, [*firsts[1:], firsts[-1]], strict=True):
+        shown.add_row(*map(escape, row), end_section=grouped and row[0] != following)
     _out.print(shown)
 
 
-def parameters(sets: Mapping[str, Mapping[str, object]]) -> None:
+def write_parameters(sets: Mapping[str, Mapping[str, object]]) -> None:
     """Parameter sets by name; of long arrays only the beginning."""
     for name, values in sets.items():
         write(f"{name}:" if values else f"{name}: as published")
@@ -127,12 +132,12 @@ def parameters(sets: Mapping[str, Mapping[str, object]]) -> None:
             write(f"  {key} = {text if len(text) <= LONG else f'{text[:LONG]} ...'}")
 
 
-def nothing_drawn() -> None:
+def note_nothing_drawn() -> None:
     """What figures would need."""
     note("no figures: they show plant.q_BN, plant.omega_BN_B, plant.tau_B, plant.eta and guidance.q_RN, none is here")
 
 
-def files(paths: Sequence[Path]) -> None:
+def write_files(paths: Sequence[Path]) -> None:
     """Files that were written."""
     for path in paths:
         _out.print(f"wrote {path}", markup=False)

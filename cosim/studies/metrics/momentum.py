@@ -15,15 +15,15 @@ another point.
 from typing import Any
 
 import numpy as np
-from scipy.integrate import cumulative_simpson
 
+from cosim.arrays import FloatArray
 from cosim.results.result import Result
-from cosim.studies.metrics.rows import Array, rotations, series
+from cosim.studies.metrics.rows import rotations, series
 
 HELD = {"at_point": -0.5, "after_step": 0.5}
 
 
-def momentum(run: Result) -> dict[str, Any]:
+def measure_momentum(run: Result) -> dict[str, Any]:
     """Return change and drift of the total momentum by key, with their unit."""
     total = series(run, "plant.H_N")
     if total is None or not len(total):
@@ -42,7 +42,7 @@ def momentum(run: Result) -> dict[str, Any]:
     }
 
 
-def _impulse(run: Result) -> Array | None:
+def _impulse(run: Result) -> FloatArray | None:
     """Return the angular impulse from outside up to each row, inertial axes; None where the rows cannot tell."""
     body, outside = series(run, "plant.q_BN"), series(run, "plant.tau_dist_B")
     given, stored = series(run, "plant.tau_B"), series(run, "plant.h_B")
@@ -58,9 +58,11 @@ def _impulse(run: Result) -> Array | None:
     return impulse + _integral(run.time, given) + step * (given - given[0])
 
 
-def _integral(time: Array, rows: Array) -> Array:
+def _integral(time: FloatArray, rows: FloatArray) -> FloatArray:
+    from scipy.integrate import cumulative_simpson  # slow to import: only for a run that has a momentum
+
     return cumulative_simpson(rows, x=time, axis=0, initial=0)
 
 
-def _largest(rows: Array) -> float:
+def _largest(rows: FloatArray) -> float:
     return float(np.max(np.linalg.norm(rows, axis=1)))

@@ -14,15 +14,16 @@ from typing import Any
 
 import numpy as np
 
+from cosim.arrays import FloatArray
 from cosim.results.result import Result
-from cosim.studies.metrics.rows import Array, first, rotations, series, spans
+from cosim.studies.metrics.rows import first, rotations, series, spans
 
 ATTITUDES = ("plant.q_BN", "plant.q_SN")  # of the body, and of a drag-free satellite
 THRESHOLD = 0.1  # deg
 INTERVAL = 10.0  # s, of RPE
 
 
-def attitude_error(run: Result) -> Array | None:
+def attitude_error(run: Result) -> FloatArray | None:
     """Return the rotation vector from reference to body, short way, body axes, deg, shape (n, 3)."""
     body, reference = first(run, *ATTITUDES), series(run, "guidance.q_RN")
     if body is None or reference is None or not len(body):
@@ -30,7 +31,7 @@ def attitude_error(run: Result) -> Array | None:
     return np.degrees((rotations(reference).inv() * rotations(body)).as_rotvec())
 
 
-def settling_time(time: Array, error: Array, threshold: float) -> float | None:
+def settling_time(time: FloatArray, error: FloatArray, threshold: float) -> float | None:
     """Return the last time at which any column exceeds the threshold: None if at the end, the first time if never.
 
     Between two rows |error| is read as a straight line.
@@ -46,7 +47,7 @@ def settling_time(time: Array, error: Array, threshold: float) -> float | None:
     return float(time[i] + part * (time[i + 1] - time[i]))
 
 
-def pointing(time: Array, error: Array, threshold: float, interval: float) -> dict[str, Any]:
+def measure_pointing(time: FloatArray, error: FloatArray, threshold: float, interval: float) -> dict[str, Any]:
     """Return the metrics of an error in deg by key, with their unit."""
     settled = settling_time(time, error, threshold)
     begin = settled if settled is not None else (time[0] + time[-1]) / 2
@@ -70,12 +71,12 @@ def pointing(time: Array, error: Array, threshold: float, interval: float) -> di
     }
 
 
-def _relative(t: Array, e: Array, interval: float) -> tuple[Array, Array]:
+def _relative(t: FloatArray, e: FloatArray, interval: float) -> tuple[FloatArray, FloatArray]:
     """Return |e - mean| for successive whole intervals (one, if the window is shorter), and the weights of the rows."""
     count = max(1, int((t[-1] - t[0]) / interval + 1e-9))
     length = min(interval, t[-1] - t[0])
-    sizes: list[Array] = []
-    weights: list[Array] = []
+    sizes: list[FloatArray] = []
+    weights: list[FloatArray] = []
     for k in range(count):
         # Half a nanosecond of slack: rows carry times of whole nanoseconds.
         inside = (t >= t[0] + k * length - 5e-10) & (t <= t[0] + (k + 1) * length + 5e-10)
@@ -90,7 +91,7 @@ def _relative(t: Array, e: Array, interval: float) -> tuple[Array, Array]:
     return np.concatenate(sizes), np.concatenate(weights)
 
 
-def _quantile(values: Array, weights: Array, part: float) -> float:
+def _quantile(values: FloatArray, weights: FloatArray, part: float) -> float:
     """Return the value that is not exceeded for `part` of the time."""
     order = np.argsort(values)
     reached = np.cumsum(weights[order])

@@ -1,30 +1,34 @@
 """Rows of a result as arrays, and how long each row stands."""
 
-import numpy as np
-from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
+from typing import TYPE_CHECKING
 
+import numpy as np
+
+from cosim.arrays import FloatArray
 from cosim.results.result import Result
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 
-def series(run: Result, name: str) -> Array | None:
+def series(run: Result, name: str) -> FloatArray | None:
     """Return the rows of a variable, or None if it was not recorded."""
     return run[name] if name in run else None
 
 
-def first(run: Result, *names: str) -> Array | None:
+def first(run: Result, *names: str) -> FloatArray | None:
     """Return the rows of the first variable of `names` that was recorded."""
     return next((rows for name in names if (rows := series(run, name)) is not None), None)
 
 
-def rotations(quaternions: Array) -> Rotation:
+def rotations(quaternions: FloatArray) -> "Rotation":
     """Return scalar-first quaternions q_BN as rotations v_N = q_BN (x) v_B (x) q_BN*."""
+    from scipy.spatial.transform import Rotation  # slow to import
+
     return Rotation.from_quat(quaternions, scalar_first=True)
 
 
-def spans(t: Array) -> Array:
+def spans(t: FloatArray) -> FloatArray:
     """Return the time that each row stands for (trapezoidal rule), so that rows may be unevenly spaced."""
     half = np.diff(t) / 2
     return np.concatenate([half, [0.0]]) + np.concatenate([[0.0], half])

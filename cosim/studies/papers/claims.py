@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cosim.arrays import BoolArray
 from cosim.errors import UnknownName
 from cosim.results.result import Result
 
@@ -55,7 +55,7 @@ class Claim:
             measured = self.measure(runs)
         except UnknownName as error:
             return self._verdict(f"a variable is missing: {error}", "not judged")
-        return self._verdict(measured.text, outcome(measured.holds), measured.holds)
+        return self._verdict(measured.text, decide(measured.holds), measured.holds)
 
     def lacking(self, runs: Mapping[str, Result]) -> str:
         """Return what is missing for a judgement, "" if nothing."""
@@ -89,7 +89,7 @@ class Verdict:
     holds: Mapping[str, bool] | None = None
 
 
-def outcome(holds: Mapping[str, bool]) -> Outcome:
+def decide(holds: Mapping[str, bool]) -> Outcome:
     """Return the verdict of the parts of a claim."""
     if not holds:
         return "not judged"
@@ -106,11 +106,11 @@ def per_axis(values: Iterable[float], holds: Callable[[float], bool], what: str 
     return {f"{what} {axis}".strip(): bool(holds(value)) for axis, value in zip(AXES, values, strict=True)}
 
 
-def figures(values: Iterable[float], digits: int = 3) -> str:
+def format_all(values: Iterable[float], digits: int = 3) -> str:
     """Return figures as "0.0025 / 0.0025 / 0.0025"."""
     return " / ".join(f"{value:.{digits}g}" for value in values)
 
 
-def window(run: Result, begin: float, end: float = np.inf) -> NDArray[np.bool_]:
+def window(run: Result, begin: float, end: float = np.inf) -> BoolArray:
     """Return which rows lie in [begin, end] s."""
     return (run.time >= begin - 1e-9) & (run.time <= end + 1e-9)

@@ -1,6 +1,6 @@
-"""Figures: how they look (style.py), and those that any attitude run has (attitude.py)."""
+"""Figures: how they look (style.py), and those that any attitude run has (standard.py)."""
 
-from cosim.studies.plots.attitude import figures, limits, reference_rate
+from cosim.studies.plots.standard import draw, limits, reference_rate
 from cosim.studies.plots.style import (
     COLOURS,
     DPI,
@@ -29,7 +29,7 @@ __all__ = [
     "STYLE",
     "asked_and_given",
     "beyond_linear",
-    "figures",
+    "draw",
     "fill",
     "label",
     "legend",

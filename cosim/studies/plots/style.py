@@ -13,12 +13,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from cosim.arrays import FloatArray
 from cosim.errors import ResultUnwritable
 from cosim.results.result import Result
-
-Array = NDArray[np.float64]
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 LINES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (6, 1.5, 1.2, 1.5)), (0, (1.2, 1.2)))
@@ -88,9 +86,9 @@ def thin(look: Mapping[str, Any], width: float, **changes: Any) -> dict[str, Any
 
 def asked_and_given(
     ax: Axes,
-    time: Array,
-    asked: Array,
-    given: Array,
+    time: FloatArray,
+    asked: FloatArray,
+    given: FloatArray,
     limits: Sequence[float] = (),
     index: int = 0,
     given_label: str = "",
@@ -132,7 +130,7 @@ def label(name: str, unit: str | None, exponent: int = 0) -> str:
     return f"{name} ({inside})" if inside else name
 
 
-def scale(values: Iterable[Array]) -> int:
+def scale(values: Iterable[FloatArray]) -> int:
     """Return the exponent of ten to divide by so that an axis has handy numbers; 0 for all but small and large ones."""
     largest = max((peak(v) for v in values), default=0.0)
     if largest == 0.0 or 1e-2 <= largest < 1e4:
@@ -141,7 +139,7 @@ def scale(values: Iterable[Array]) -> int:
 
 
 def stack(
-    traces: Mapping[str, tuple[Array, Array]],
+    traces: Mapping[str, tuple[FloatArray, FloatArray]],
     names: Sequence[str],
     unit: str,
     title: str,
@@ -164,7 +162,7 @@ def stack(
 
 def fill(
     axes: Sequence[Axes],
-    traces: Mapping[str, tuple[Array, Array]],
+    traces: Mapping[str, tuple[FloatArray, FloatArray]],
     names: Sequence[str],
     unit: str,
     width: float = 1.4,
@@ -187,15 +185,17 @@ def fill(
     return exponents
 
 
-def peak(rows: Array) -> float:
+def peak(rows: FloatArray) -> float:
     """Return the largest absolute value that is finite, 0 if there is none."""
     finite = np.abs(rows[np.isfinite(rows)])
     return float(finite.max()) if finite.size else 0.0
 
 
-def traces_of(results: Mapping[str, Result], rows: Callable[[Result], Array | None]) -> dict[str, tuple[Array, Array]]:
+def traces_of(
+    results: Mapping[str, Result], rows: Callable[[Result], FloatArray | None]
+) -> dict[str, tuple[FloatArray, FloatArray]]:
     """Return label -> (time, rows) for the runs that have the quantity."""
-    found: dict[str, tuple[Array, Array]] = {}
+    found: dict[str, tuple[FloatArray, FloatArray]] = {}
     for name, result in results.items():
         values = rows(result)
         if values is not None and values.size:

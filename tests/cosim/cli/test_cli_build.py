@@ -13,7 +13,7 @@ from numpy.testing import assert_array_equal
 
 from components.catalog import CATALOG
 from cosim.flights import simulate
-from cosim.studies.papers import scenario, systems
+from cosim.studies.papers import describe, scenario
 from fmus.description.read import read_description
 
 from .. import own_files
@@ -21,7 +21,7 @@ from .. import own_files
 
 def test_list_has_a_line_for_everything(adcs):
     lines = [line.strip() for line in adcs("list").out.splitlines()]
-    for name in [*CATALOG, *systems(), "zhang2018"]:
+    for name in [*CATALOG, *describe(), "zhang2018"]:
         (line,) = [entry for entry in lines if entry.split(" ")[0] == name]
         assert len(line.removeprefix(name).strip()) > 20
 
@@ -97,7 +97,7 @@ class TestShow:
     def test_a_system_on_one_screen(self, adcs):
         text = adcs("show", "zhang2018-ppatc").out
         assert len(text.splitlines()) < 40
-        assert max(map(len, text.splitlines())) < 120
+        assert max(map(len, text.splitlines())) <= 120
         assert "zhang2018-ppatc: 200 s in steps of 0.001 s, master Explicit(centred=True)" in text
         assert "4      controller   PrescribedPerformance" in text
         assert "plant.q_BN                controller.q_BN            1       after_step, centred" in text
@@ -116,7 +116,7 @@ class TestShow:
         (folder / "two.py").write_text(
             textwrap.dedent(
                 """
-                from cosim.system.system import Connection, Experiment, System
+                from cosim.system import Connection, Experiment, System
                 def two():
                     held = {"b.tau_1[2]": 0.5, "b.tau_1[3]": 0.0, "b.tau_2": [0, 0, 0]}
                     system = System(name="two", components={"a": "HarmonicTorque", "b": "Sum"}, held=held,

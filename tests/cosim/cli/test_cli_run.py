@@ -224,6 +224,18 @@ def test_reproduce_ends_at_ctrl_c_with_what_there_is(adcs, folder, monkeypatch):
     assert not (folder / "all" / "zhang2018" / "zhang2018-atc").exists()
 
 
+def give_experiments(monkeypatch, made):
+    """Give zhang2018 these experiments, by name, in place of its own."""
+
+    class Given(papers.Paper):
+        experiments = dict.fromkeys(made, "")
+
+        def make(self, experiment):
+            return made[experiment]()
+
+    monkeypatch.setitem(papers.PAPERS, "zhang2018", Given("zhang2018"))
+
+
 def test_ctrl_c_between_two_experiments_keeps_the_report(adcs, folder, monkeypatch):
     from cosim.studies.papers.zhang2018 import system
 
@@ -234,9 +246,7 @@ def test_ctrl_c_between_two_experiments_keeps_the_report(adcs, folder, monkeypat
     def pressed():
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(
-        "cosim.studies.papers.zhang2018.systems", lambda: {"zhang2018-ppatc": short, "zhang2018-atc": pressed}
-    )
+    give_experiments(monkeypatch, {"zhang2018-ppatc": short, "zhang2018-atc": pressed})
     done = adcs("reproduce", "zhang2018", "--out", "all")
     assert (done.status, "interrupted: 1 of 2 experiments flown" in done.err) == (1, True)
     assert "| zhang2018-ppatc | 0.005 |" in (folder / "all" / "report.md").read_text()
@@ -298,7 +308,7 @@ def test_a_failure_ends_reproduce_and_the_report_has_what_was_flown(adcs, folder
         "zhang2018-atc": other(flights[1], 1e3, communication_step_size=0.5),  # gain times step is far above 2
         "zhang2018-atc-half": other(flights[1], 0.5),  # never begun
     }
-    monkeypatch.setattr("cosim.studies.papers.zhang2018.systems", lambda: made)
+    give_experiments(monkeypatch, made)
     done = adcs("reproduce", "zhang2018", "--out", "all")
     assert done.status == 1
     assert "StepFailed" in done.err
@@ -331,7 +341,7 @@ def test_reproduce_all_papers(adcs, folder):
     for row in rows:
         assert row["measured"].replace("|", "\\|") in report and row["claim"] in report
     known = json.loads((folder / "all" / "metrics.json").read_text())
-    assert list(known) == [name for key in HOLDS for name in papers.PAPERS[key].systems()]
+    assert list(known) == [name for key in HOLDS for name in papers.PAPERS[key].experiments]
     for name, metrics in known.items():
         assert Result.read(folder / "all" / name.partition("-")[0] / name).info["metrics"] == metrics
         assert f"| {name} | " in report

@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 
 from cosim.flights import simulate
-from cosim.studies.papers import scenario, systems
+from cosim.studies.papers import describe, scenario
 
 
-@pytest.mark.parametrize("name", systems())
+@pytest.mark.parametrize("name", describe())
 def test_every_experiment_starts(name):
     flight, experiment = scenario(name)
     step = experiment.communication_step_size

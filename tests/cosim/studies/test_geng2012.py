@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 from components.catalog import CATALOG
 from cosim.results.result import Result
 from cosim.studies import papers, plots
-from cosim.studies.papers import geng2012
 from cosim.studies.papers.geng2012 import system
 from cosim.system import Value
 from cosim.system.expand import wire
@@ -18,7 +17,7 @@ from fmus.export.python.in_process import describe_in_process
 
 from . import geng2012_reference as outside
 
-NAMES = list(geng2012.systems())
+NAMES = list(papers.PAPERS["geng2012"].experiments)
 T = np.linspace(0.0, 100.0, 2001)
 STRUCTURE = {"actuators": {"gimbals": 2}, "plant": {"modes": 4}}
 
@@ -122,8 +121,8 @@ def test_measurement_and_reference_carry_one_time_stamp():
 
 
 def test_registry():
-    assert [n for n in papers.systems() if n.startswith("geng2012")] == NAMES
-    assert all(papers.descriptions()[n] for n in NAMES)
+    assert [n for n in papers.describe() if n.startswith("geng2012")] == NAMES
+    assert all(papers.describe()[n] for n in NAMES)
     five = ("compensated", "uncompensated", "linear", "printed-gain", "z-wheel-only")
     assert {f"geng2012-{n}" for n in five} <= set(NAMES)
 
@@ -155,7 +154,7 @@ CASES = {  # start of the claim -> runs that fulfil it, runs that do not
 
 
 def claim(words):
-    (found,) = [c for c in geng2012.CLAIMS if c.text.startswith(words)]
+    (found,) = [c for c in papers.PAPERS["geng2012"].claims if c.text.startswith(words)]
     return found
 
 
@@ -169,7 +168,7 @@ def test_each_claim_can_come_out_either_way(words):
 
 
 def test_every_claim_has_a_case():
-    assert len(CASES) == len(geng2012.CLAIMS)
+    assert len(CASES) == len(papers.PAPERS["geng2012"].claims)
 
 
 def test_one_choice_that_fails_makes_it_partly():
@@ -187,7 +186,7 @@ def test_a_run_that_ended_early_is_not_judged():
 
 
 def test_figures_are_those_of_the_paper():
-    drawn = geng2012.figures({name: synthetic(settles=30 + 5 * i) for i, name in enumerate(NAMES)})
+    drawn = papers.PAPERS["geng2012"].draw({name: synthetic(settles=30 + 5 * i) for i, name in enumerate(NAMES)})
     numbered = {"fig04_fig06_attitude_error", "fig04_fig06_rates", "fig05_fig09_modal_coordinates"}
     further = {"fig07_singularity_and_gimbals", "fig08_estimate", "torque", "all_experiments"}
     assert set(drawn) == numbered | further
@@ -205,7 +204,7 @@ def test_figures_are_those_of_the_paper():
 
 
 def test_figures_of_one_short_run(tmp_path):
-    drawn = papers.figures(COMPENSATED, synthetic(time=T[T <= 10]))
+    drawn = papers.draw_run(COMPENSATED, synthetic(time=T[T <= 10]))
     assert {"attitude_error", "fig04_fig06_attitude_error", "fig07_singularity_and_gimbals"} <= set(drawn)
     assert all(file.is_file() for file in plots.save(drawn, tmp_path))
-    assert set(geng2012.figures({system.PRINTED_GAIN: synthetic()})) == {"all_experiments"}
+    assert set(papers.PAPERS["geng2012"].draw({system.PRINTED_GAIN: synthetic()})) == {"all_experiments"}

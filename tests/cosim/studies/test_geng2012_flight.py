@@ -11,10 +11,10 @@ from cosim.flights import simulate
 from cosim.masters.explicit import Explicit
 from cosim.slaves.fmi2 import FmuSlave
 from cosim.studies.metrics import attitude_error, settling_time
-from cosim.studies.papers import geng2012, scenario
+from cosim.studies.papers import PAPERS, scenario
 from cosim.studies.papers.claims import judge
 from cosim.studies.papers.geng2012 import system
-from cosim.system.system import Value
+from cosim.system import Value
 
 from . import geng2012_reference as outside
 
@@ -37,7 +37,7 @@ def fly(name: str, backend="native", parameters=None, **changes):
 @pytest.fixture(scope="module")
 def runs():
     """All experiments, 100 s at 1 ms; a run takes about a second."""
-    return {name: fly(name) for name in geng2012.systems()}
+    return {name: fly(name) for name in PAPERS["geng2012"].experiments}
 
 
 def settled(run):
@@ -140,7 +140,7 @@ def test_wheels_in_the_end_phase_only(runs):
 
 def test_verdicts(runs):
     """What holds, by the equations file; its 'not established' is not reproduced."""
-    found = [verdict.verdict for verdict in judge(geng2012.CLAIMS, runs)]
+    found = [verdict.verdict for verdict in judge(PAPERS["geng2012"].claims, runs)]
     assert found == ["partly", "partly", "reproduced", "not reproduced", "not reproduced", "reproduced", "partly"]
 
 

@@ -9,10 +9,10 @@ from scipy.optimize import brentq
 
 from cosim.flights import simulate
 from cosim.masters.explicit import Explicit
-from cosim.studies.papers import li2014, scenario
+from cosim.studies.papers import PAPERS, scenario
 from cosim.studies.papers.claims import judge
 from cosim.studies.papers.li2014 import spectrum, system
-from cosim.system.system import Experiment, System
+from cosim.system import Experiment, System
 
 ZERO = [0.0, 0.0, 0.0]
 INPUTS = ("f_command_S", "tau_command_S", "tau_command_T", "f_dist_S", "tau_dist_S")
@@ -26,7 +26,7 @@ def fly(name, changed=None, locate=None, **changes):
 
 @pytest.fixture(scope="module")
 def runs():
-    return {name: fly(name) for name in li2014.systems()}
+    return {name: fly(name) for name in PAPERS["li2014"].experiments}
 
 
 def alone(stop, every=1, **values):
@@ -101,7 +101,7 @@ def _inertial_velocity(run):
 @pytest.mark.slow
 class TestWhatHolds:
     def test_verdicts(self, runs):
-        found = [v.verdict for v in judge(li2014.CLAIMS, runs)]
+        found = [v.verdict for v in judge(PAPERS["li2014"].claims, runs)]
         assert found == ["reproduced", "reproduced", "partly", "not reproduced", "reproduced"]
 
     def test_spectral_densities(self, runs):
@@ -140,7 +140,7 @@ class TestWhatHolds:
             assert spectrum.contact(runs[name]) is None
 
     def test_figures(self, runs):
-        assert set(li2014.figures(runs)) == {
+        assert set(PAPERS["li2014"].draw(runs)) == {
             "fig01_relative_position",
             "fig02_attitude",
             "fig03_relative_attitude",

@@ -36,7 +36,7 @@ def pointing(degrees, axis=(1, 0, 0), time=T) -> Result:
 
 
 def test_constant_error():
-    found = metrics.attitude(pointing(np.full(len(T), 0.03), axis=(0, 3, 4)))
+    found = metrics.measure(pointing(np.full(len(T), 0.03), axis=(0, 3, 4)))
     assert found["settling time (s)"] == 0.0
     for part in ("max", "95 %", "99.7 %"):
         assert found[f"APE {part} (deg)"] == pytest.approx(0.03, rel=1e-9)
@@ -47,7 +47,7 @@ def test_constant_error():
 
 @pytest.mark.parametrize("threshold", [0.5, 0.1, 0.01])
 def test_settling_time_of_an_exponential(threshold):
-    found = metrics.attitude(pointing(2.0 * np.exp(-T / 7)), threshold_deg=threshold)
+    found = metrics.measure(pointing(2.0 * np.exp(-T / 7)), threshold_deg=threshold)
     assert found["settling time (s)"] == pytest.approx(7 * np.log(2.0 / threshold), abs=1e-4)
     assert found["APE max (deg)"] <= threshold
 
@@ -59,14 +59,14 @@ def test_settling_counts_the_largest_component_of_either_sign():
 
 
 def test_a_run_that_never_settles_says_so():
-    found = metrics.attitude(pointing(np.full(len(T), 3.0)))
+    found = metrics.measure(pointing(np.full(len(T), 3.0)))
     assert found["settling time (s)"] is None
     assert found["window of APE and RPE (s)"] == [50.0, 100.0]
     assert found["APE max (deg)"] == pytest.approx(3.0)
 
 
 def test_jitter_on_a_bias():
-    found = metrics.attitude(pointing(0.04 + 0.01 * np.sin(2 * np.pi * T)))
+    found = metrics.measure(pointing(0.04 + 0.01 * np.sin(2 * np.pi * T)))
     assert found["APE max (deg)"] == pytest.approx(0.05, rel=1e-6)
     assert found["RPE max (deg)"] == pytest.approx(0.01, rel=1e-3)
     # |sin| does not exceed sin(pi/2 p) for the part p of the time; rows are a hundredth of a period apart.
@@ -74,7 +74,7 @@ def test_jitter_on_a_bias():
 
 
 def test_a_drift_slower_than_the_interval_is_no_relative_error():
-    found = metrics.attitude(pointing(0.001 * T), rpe_interval_s=10.0)
+    found = metrics.measure(pointing(0.001 * T), rpe_interval_s=10.0)
     assert found["APE max (deg)"] == pytest.approx(0.1, rel=1e-6)
     assert found["RPE max (deg)"] == pytest.approx(0.005, rel=1e-3)
 
@@ -82,7 +82,7 @@ def test_a_drift_slower_than_the_interval_is_no_relative_error():
 def test_percentiles_weigh_time_not_rows():
     # 1 % of the time, but half of the rows, is spent at the large error.
     time = np.concatenate([np.linspace(0, 1, 500), np.linspace(1.0001, 100, 500)])
-    found = metrics.attitude(pointing(np.where(time <= 1, 0.09, 0.02), time=time))
+    found = metrics.measure(pointing(np.where(time <= 1, 0.09, 0.02), time=time))
     assert found["APE 95 % (deg)"] == pytest.approx(0.02)
     assert found["APE 99.7 % (deg)"] == pytest.approx(0.09)
 
@@ -104,20 +104,20 @@ def test_the_error_is_in_body_axes():
 
 def test_torque():
     tau = np.column_stack([np.sin(2 * np.pi * T / 100), -0.5 * np.ones_like(T), 0 * T])
-    found = metrics.attitude(run(plant__tau_B=tau))
+    found = metrics.measure(run(plant__tau_B=tau))
     assert found["peak torque (N.m)"] == pytest.approx([1.0, 0.5, 0.0])
     assert found["torque impulse (N.m.s)"] == pytest.approx([200 / np.pi, 50.0, 0.0], rel=1e-6)
 
 
 def test_the_command_stands_in_for_a_torque_that_was_not_recorded():
-    assert metrics.attitude(run([0, 1], controller__tau_command_B=[[1, 2, 3]] * 2))["peak torque (N.m)"] == [1, 2, 3]
+    assert metrics.measure(run([0, 1], controller__tau_command_B=[[1, 2, 3]] * 2))["peak torque (N.m)"] == [1, 2, 3]
 
 
 def balance(H, tau_dist=(0, 0, 0), tau=(0, 0, 0), stored=(0, 0, 0), rate=0.0):
     """Metrics of a body that turns about z; constant vectors are spread over the rows."""
     known = dict(plant__H_N=H, plant__tau_dist_B=tau_dist, plant__tau_B=tau, plant__h_B=stored)
     spread = {name: np.broadcast_to(np.asarray(v, float), (len(T), 3)) for name, v in known.items()}
-    return metrics.attitude(run(plant__q_BN=turned((0, 0, 1), np.degrees(rate * T)), **spread))
+    return metrics.measure(run(plant__q_BN=turned((0, 0, 1), np.degrees(rate * T)), **spread))
 
 
 def test_momentum_drift_where_only_actuators_act():
@@ -157,27 +157,27 @@ def test_an_ideal_torque_is_from_outside_and_held_as_the_master_holds_it(timing,
         plant__tau_B=given,
         plant__h_B=zero,
     )
-    assert metrics.attitude(flight)["momentum drift (N.m.s)"] == pytest.approx(abs(shift) * step * 100, abs=1e-9)
+    assert metrics.measure(flight)["momentum drift (N.m.s)"] == pytest.approx(abs(shift) * step * 100, abs=1e-9)
     flight.info = {"connections": {"plant.tau_B": {"timing": timing}}, "communication_step_size": step}
-    assert metrics.attitude(flight)["momentum drift (N.m.s)"] < 1e-9
+    assert metrics.measure(flight)["momentum drift (N.m.s)"] < 1e-9
 
 
 def test_no_drift_where_the_rows_cannot_tell():
-    found = metrics.attitude(run([0, 1], plant__H_N=[[0, 0, 0], [0, 2, 0]], plant__tau_B=[[0, 0, 1]] * 2))
+    found = metrics.measure(run([0, 1], plant__H_N=[[0, 0, 0], [0, 2, 0]], plant__tau_B=[[0, 0, 1]] * 2))
     assert found["momentum change (N.m.s)"] == 2.0
     assert "momentum drift (N.m.s)" not in found
 
 
 def test_force_of_a_drag_free_satellite():
     force = np.column_stack([0.5 * np.ones_like(T), 0 * T, -np.abs(np.sin(2 * np.pi * T / 100))])
-    found = metrics.attitude(run(plant__f_command_S=force, plant__r_rel=1e-3 * force))
+    found = metrics.measure(run(plant__f_command_S=force, plant__r_rel=1e-3 * force))
     assert found["peak force (N)"] == pytest.approx([0.5, 0, 1.0])
     assert found["force impulse (N.s)"] == pytest.approx([50, 0, 200 / np.pi], rel=1e-6)
     assert found["peak distance of the test mass (m)"] == pytest.approx(1e-3)
 
 
 def test_peaks_of_what_was_recorded():
-    found = metrics.attitude(
+    found = metrics.measure(
         run(
             [0, 1],
             plant__eta=[[0, 1e-3], [-2e-3, 0]],
@@ -202,15 +202,15 @@ def test_a_run_of_few_rows(rows):
         plant__H_N=np.zeros((rows, 3)),
         plant__eta=np.zeros((rows, 1)),
     )
-    found = metrics.attitude(short)
+    found = metrics.measure(short)
     assert ("settling time (s)" in found) == (rows == 2)
 
 
 def test_a_system_without_attitude_has_no_metrics():
-    assert metrics.attitude(run([0, 1], pump__pressure=[1, 2])) == {}
+    assert metrics.measure(run([0, 1], pump__pressure=[1, 2])) == {}
 
 
 def test_every_key_names_its_unit():
-    found = metrics.attitude(pointing(0.01 * np.ones_like(T)))
+    found = metrics.measure(pointing(0.01 * np.ones_like(T)))
     assert metrics.units(found)["APE 95 % (deg)"] == "deg"
     assert all(metrics.units(found).values())

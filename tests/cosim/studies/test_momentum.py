@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cosim.flights import simulate
-from cosim.system.system import Connection, Experiment, System
+from cosim.system import Connection, Experiment, System
 
 WHEEL = f"{Path(__file__).parents[1] / 'wheel.py'}:Wheel"
 FAST = {  # a torque that reverses every 30 s, a body that tumbles at 3 deg/s

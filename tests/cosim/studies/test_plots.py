@@ -50,7 +50,7 @@ def check(figure):
 
 @pytest.mark.parametrize("modes", [0, 1, 2, 5, 8])
 def test_figures_of_a_run(modes):
-    drawn = plots.figures({"run": flight(modes=modes)})
+    drawn = plots.draw({"run": flight(modes=modes)})
     assert set(drawn) == {"attitude_error", "rates", "torque"} | ({"modal_coordinates"} if modes else set())
     for figure in drawn.values():
         check(figure)
@@ -62,7 +62,7 @@ def test_figures_of_a_run(modes):
 
 
 def test_runs_are_overlaid_under_their_names():
-    drawn = plots.figures({"fast": flight(1.0), "slow": flight(0.1, modes=1)})
+    drawn = plots.draw({"fast": flight(1.0), "slow": flight(0.1, modes=1)})
     for figure in drawn.values():
         check(figure)
         texts = {text.get_text() for text in figure.legends[0].texts}
@@ -73,19 +73,19 @@ def test_runs_are_overlaid_under_their_names():
 
 
 def test_angles_are_in_degrees():
-    line = plots.figures({"run": flight()})["attitude_error"].axes[0].lines[0]
+    line = plots.draw({"run": flight()})["attitude_error"].axes[0].lines[0]
     assert line.get_ydata()[0] == pytest.approx(1.0)
 
 
 def test_small_numbers_carry_their_power_of_ten_in_the_label():
-    ax = plots.figures({"run": flight()})["modal_coordinates"].axes[0]
+    ax = plots.draw({"run": flight()})["modal_coordinates"].axes[0]
     exponent = int(re.search(r"10\$\^\{(-\d+)\}", ax.get_ylabel())[1])
     assert ax.lines[0].get_ydata() * 10.0**exponent == pytest.approx(1e-5 * np.sin(T))
 
 
 def test_rounding_does_not_fill_a_panel():
     """A component of 1e-19 N m beside one of 1 N m is drawn as zero."""
-    ax = plots.figures({"run": flight()})["torque"].axes[2]
+    ax = plots.draw({"run": flight()})["torque"].axes[2]
     assert ax.get_ylabel() == r"$\tau_z$ (N m)"
     assert ax.get_ylim() == (-1, 1)
 
@@ -101,12 +101,12 @@ def test_rounding_does_not_fill_a_panel():
 def test_torque_limit(parameters, found):
     result = flight(info={"parameters": parameters})
     assert plots.limits(result) == pytest.approx(found)
-    texts = {text.get_text() for text in plots.figures({"run": result})["torque"].legends[0].texts}
+    texts = {text.get_text() for text in plots.draw({"run": result})["torque"].legends[0].texts}
     assert ("limit" in texts) == bool(found)
 
 
 def test_a_command_that_is_not_delivered_is_drawn_beside_the_torque_but_does_not_hide_it():
-    figure = plots.figures({"run": flight(saturates=True)})["torque"]
+    figure = plots.draw({"run": flight(saturates=True)})["torque"]
     assert "run: command" in {text.get_text() for text in figure.legends[0].texts}
     assert figure.axes[0].get_ylim()[1] == pytest.approx(3.0)
 
@@ -114,17 +114,17 @@ def test_a_command_that_is_not_delivered_is_drawn_beside_the_torque_but_does_not
 def test_without_guidance_the_attitude_itself_is_drawn():
     table = flight().table
     kept = [name for name in table.column_names if not name.startswith("guidance")]
-    drawn = plots.figures({"run": Result(table.select(kept), {})})
+    drawn = plots.draw({"run": Result(table.select(kept), {})})
     assert "attitude" in drawn and "attitude_error" not in drawn
     check(drawn["attitude"])
 
 
 def test_a_system_without_attitude_has_no_figures():
-    assert plots.figures({"run": Result(pa.table({"time": T, "pump.pressure": T}), {})}) == {}
+    assert plots.draw({"run": Result(pa.table({"time": T, "pump.pressure": T}), {})}) == {}
 
 
 def test_saved_files_are_pictures(tmp_path):
-    files = plots.save(plots.figures({"run": flight()}), tmp_path / "new")
+    files = plots.save(plots.draw({"run": flight()}), tmp_path / "new")
     assert {file.name for file in files} == {"attitude_error.png", "rates.png", "torque.png", "modal_coordinates.png"}
     for file in files:
         height, width = imread(file).shape[:2]
@@ -133,7 +133,7 @@ def test_saved_files_are_pictures(tmp_path):
 
 def test_nothing_is_cut_off():
     """All text lies inside the figure."""
-    for figure in plots.figures({"a run with a rather long name": flight(modes=8), "b": flight(0.5)}).values():
+    for figure in plots.draw({"a run with a rather long name": flight(modes=8), "b": flight(0.5)}).values():
         figure.canvas.draw()
         outer = figure.bbox
         for ax in figure.axes:
@@ -175,6 +175,6 @@ def test_the_raw_command_of_a_controller_that_limits_itself():
         columns[f"plant.tau_B[{i}]"] = np.full(n, 0.2)
         columns[f"controller.tau_command_B[{i}]"] = np.full(n, 0.2)
         columns[f"controller.u[{i}]"] = np.linspace(0.3, 0.4, n)
-    drawn = plots.figures({"run": Result(pa.table(columns), {})})["torque"]
+    drawn = plots.draw({"run": Result(pa.table(columns), {})})["torque"]
     raw = next(line for line in drawn.axes[0].lines if line.get_label() == "run: command")
     assert raw.get_ydata().max() == pytest.approx(0.4)

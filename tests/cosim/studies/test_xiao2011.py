@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 from components.catalog import CATALOG
 from cosim.results.result import Result
 from cosim.studies import papers, plots
-from cosim.studies.papers import xiao2011
 from cosim.studies.papers.claims import Claim
 from cosim.studies.papers.xiao2011 import gain, system, tracking
 from cosim.system.expand import wire
@@ -17,7 +16,7 @@ from fmus.export.python.in_process import describe_in_process
 
 from . import xiao2011_reference as outside
 
-NAMES = list(xiao2011.systems())
+NAMES = list(papers.PAPERS["xiao2011"].experiments)
 RIGID = (system.SHAKEN, system.OVERLOADED)
 T = np.linspace(0.0, 600.0, 6001)
 SIGNS = np.array([1.0, -1.0, 1.0])
@@ -189,7 +188,7 @@ CASES = {
 
 
 def claim(start: str) -> Claim:
-    (found,) = [c for c in xiao2011.CLAIMS if c.text.startswith(start)]
+    (found,) = [c for c in papers.PAPERS["xiao2011"].claims if c.text.startswith(start)]
     return found
 
 
@@ -214,7 +213,7 @@ def test_half_a_theorem_is_partly():
 
 
 def test_every_claim_has_a_case():
-    assert len(CASES) == len(xiao2011.CLAIMS)
+    assert len(CASES) == len(papers.PAPERS["xiao2011"].claims)
 
 
 def test_a_claim_needs_its_whole_run():
@@ -226,7 +225,7 @@ def test_a_claim_needs_its_whole_run():
 
 
 def test_figures_are_those_of_the_paper(tmp_path):
-    drawn = xiao2011.figures({name: synthetic(time=T[:600]) for name in NAMES})
+    drawn = papers.PAPERS["xiao2011"].draw({name: synthetic(time=T[:600]) for name in NAMES})
     assert list(drawn) == [
         *(
             f"{name}_{case}"
@@ -253,6 +252,6 @@ def test_figures_are_those_of_the_paper(tmp_path):
 
 
 def test_figures_of_one_run():
-    drawn = papers.figures("xiao2011-pid", synthetic(time=T[:600]))
+    drawn = papers.draw_run("xiao2011-pid", synthetic(time=T[:600]))
     assert {"fig01_fig05_angles_S", "fig03_fig07_torque_S", "attitude_error"} <= set(drawn)
     assert not any(name.endswith("_L") for name in drawn)

@@ -9,10 +9,10 @@ from numpy.testing import assert_allclose
 
 from cosim.flights import simulate
 from cosim.masters.explicit import Explicit
-from cosim.studies.papers import scenario, xiao2011
+from cosim.studies.papers import PAPERS, scenario
 from cosim.studies.papers.claims import judge
 from cosim.studies.papers.xiao2011 import gain, tracking
-from cosim.system.system import Connection, Experiment, System
+from cosim.system import Connection, Experiment, System
 
 from . import xiao2011_reference as outside
 
@@ -150,7 +150,10 @@ class TestClaims:
         assert_allclose(gain.supremum(), (0.0435, 22.4), rtol=0.005)
 
     def test_verdicts(self):
-        found = [v.verdict for v in judge(xiao2011.CLAIMS, {name: flight(name) for name in xiao2011.systems()})]
+        found = [
+            v.verdict
+            for v in judge(PAPERS["xiao2011"].claims, {name: flight(name) for name in PAPERS["xiao2011"].experiments})
+        ]
         assert found == [
             "partly",
             "not reproduced",

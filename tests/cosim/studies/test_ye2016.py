@@ -13,7 +13,6 @@ from components.guidance.body_rate_sinusoid import BodyRateSinusoid
 from components.plants.flexible_spacecraft import FlexibleSpacecraft
 from cosim.results.result import Result
 from cosim.studies import papers, plots
-from cosim.studies.papers import ye2016
 from cosim.studies.papers.claims import Claim
 from cosim.studies.papers.ye2016 import system, tracking
 from cosim.system import Value
@@ -40,9 +39,9 @@ def number(value):
 
 
 def test_the_experiments_are_those_of_the_equations_file():
-    assert list(ye2016.systems()) == NAMES
-    assert {name for name in papers.systems() if name.startswith("ye2016")} == set(NAMES)
-    assert all(papers.descriptions()[name] for name in NAMES)
+    assert list(papers.PAPERS["ye2016"].experiments) == NAMES
+    assert {name for name in papers.describe() if name.startswith("ye2016")} == set(NAMES)
+    assert all(papers.describe()[name] for name in NAMES)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -175,7 +174,7 @@ CASES = {
 
 
 def claim(start: str) -> Claim:
-    (found,) = [c for c in ye2016.CLAIMS if c.text.startswith(f"{start} ")]
+    (found,) = [c for c in papers.PAPERS["ye2016"].claims if c.text.startswith(f"{start} ")]
     return found
 
 
@@ -188,7 +187,7 @@ def test_each_claim_can_come_out_either_way(start):
 
 
 def test_every_claim_has_a_case():
-    assert len(CASES) == len(ye2016.CLAIMS) == 5
+    assert len(CASES) == len(papers.PAPERS["ye2016"].claims) == 5
 
 
 def test_a_claim_without_its_runs_is_not_judged():
@@ -206,7 +205,7 @@ def test_errors_are_those_of_the_body_relative_to_the_reference():
 
 
 def test_figures_are_those_of_the_paper(tmp_path):
-    drawn = ye2016.figures({name: synthetic() for name in NAMES})
+    drawn = papers.PAPERS["ye2016"].draw({name: synthetic() for name in NAMES})
     assert sorted(drawn) == [
         "cluster_angles",
         "cluster_commands",
@@ -226,7 +225,7 @@ def test_figures_are_those_of_the_paper(tmp_path):
 
 
 def test_figures_of_one_run():
-    drawn = papers.figures(system.NONADAPTIVE, synthetic())
+    drawn = papers.draw_run(system.NONADAPTIVE, synthetic())
     assert {"attitude_error", "fig02_fig04_attitude_error", "cluster_angles"} <= set(drawn)
     assert not any(name.startswith(("fig08", "fig10")) for name in drawn)
-    assert ye2016.figures({}) == {}
+    assert papers.PAPERS["ye2016"].draw({}) == {}

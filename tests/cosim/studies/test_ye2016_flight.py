@@ -13,7 +13,7 @@ from ye2016_loop import CONNECTIONS, OFF, loop
 from cosim.errors import InitializationFailed, StepFailed
 from cosim.flights import simulate
 from cosim.masters.explicit import Explicit
-from cosim.studies.papers import scenario, ye2016
+from cosim.studies.papers import PAPERS, scenario
 from cosim.studies.papers.claims import judge
 from cosim.studies.papers.ye2016 import system
 from cosim.studies.papers.ye2016.tracking import euler_error, momentum_error, rate_error, squared_norms
@@ -29,7 +29,7 @@ def fly(name: str, parameters=None, vehicle=None, locate=None, **changes):
 
 @pytest.fixture(scope="module")
 def runs():
-    return {name: fly(name) for name in ye2016.systems()}
+    return {name: fly(name) for name in PAPERS["ye2016"].experiments}
 
 
 def largest(error, run, begin=0.0):
@@ -226,7 +226,7 @@ def test_kernel_and_python_loop_are_equal():
 
 
 def test_verdicts_are_those_of_the_equations_file(runs):
-    found = {v.claim: v for v in judge(ye2016.CLAIMS, runs)}
+    found = {v.claim: v for v in judge(PAPERS["ye2016"].claims, runs)}
     assert [v.verdict for v in found.values()] == ["partly", "partly", "partly", "reproduced", "partly"]
     without, adapting, gains, _, momentum = (v.holds for v in found.values())
     assert [part for part, holds in without.items() if holds] == ["attitude, slow poles"]

@@ -8,8 +8,7 @@ from components.catalog import CATALOG
 from cosim.errors import UnknownName
 from cosim.results.result import Result
 from cosim.studies import papers, plots
-from cosim.studies.papers import zhang2018
-from cosim.studies.papers.claims import Claim, Measured, judge, outcome
+from cosim.studies.papers.claims import Claim, Measured, decide, judge
 from cosim.studies.papers.zhang2018 import system, tracking
 from cosim.system import Value
 from cosim.system.expand import wire
@@ -167,26 +166,26 @@ def test_disturbance_and_reference_are_those_of_the_paper():
 
 
 def test_registry():
-    assert [name for name in papers.systems() if name.startswith("zhang2018-")] == list(KINDS)
-    assert "zhang2018" in papers.titles()
-    assert all(papers.descriptions().values())
+    assert [name for name in papers.describe() if name.startswith("zhang2018-")] == list(KINDS)
+    assert all(paper.title and paper.settled for paper in papers.PAPERS.values())
+    assert all(papers.describe().values())
 
 
 def test_unknown_names_are_answered_with_the_nearest():
     with pytest.raises(UnknownName, match='Did you mean "zhang2018-ppatc"'):
         papers.scenario("zhang2018-ppact")
     with pytest.raises(UnknownName, match=r'unknown paper "zhang2019".*"zhang2018"'):
-        papers.paper("zhang2019")
+        papers.find("zhang2019")
 
 
 # Claims
 
 
 def test_an_outcome_follows_from_its_parts():
-    assert outcome({"a": True, "b": True}) == "reproduced"
-    assert outcome({"a": True, "b": False}) == "partly"
-    assert outcome({"a": False}) == "not reproduced"
-    assert outcome({}) == "not judged"
+    assert decide({"a": True, "b": True}) == "reproduced"
+    assert decide({"a": True, "b": False}) == "partly"
+    assert decide({"a": False}) == "not reproduced"
+    assert decide({}) == "not judged"
 
 
 CASES = {
@@ -210,7 +209,7 @@ CASES = {
 
 
 def claim(start: str) -> Claim:
-    (found,) = [c for c in zhang2018.CLAIMS if c.text.startswith(start)]
+    (found,) = [c for c in papers.PAPERS["zhang2018"].claims if c.text.startswith(start)]
     return found
 
 
@@ -236,7 +235,7 @@ def test_vibration_can_be_suppressed_or_not():
 
 
 def test_every_claim_has_a_case():
-    assert len(CASES) + 1 == len(zhang2018.CLAIMS) == 8
+    assert len(CASES) + 1 == len(papers.PAPERS["zhang2018"].claims) == 8
 
 
 def test_one_axis_alone_makes_it_partly():
@@ -267,10 +266,10 @@ def test_a_variable_that_was_not_recorded_is_named():
 
 def test_one_run_is_judged_by_the_claims_it_decides_alone():
     result = synthetic(decaying())
-    assert [v.claim for v in papers.verdicts(PPATC, result)] == [c.text for c in zhang2018.CLAIMS[:2]]
-    assert papers.verdicts("my_system", result) == []
+    assert [v.claim for v in papers.judge_run(PPATC, result)] == [c.text for c in papers.PAPERS["zhang2018"].claims[:2]]
+    assert papers.judge_run("my_system", result) == []
     result.info["swaps"] = [{"instance": "controller"}]
-    assert papers.verdicts(PPATC, result) == []
+    assert papers.judge_run(PPATC, result) == []
 
 
 def test_verdicts_are_not_written_down():
@@ -287,7 +286,7 @@ def test_figures_are_those_of_the_paper():
         name: synthetic(decaying(rate=r), **vibrating(1e-4, 0.01))
         for name, r in zip(KINDS, (0.2, 0.1, 0.21, 0.09), strict=True)
     }
-    drawn = zhang2018.figures(runs)
+    drawn = papers.PAPERS["zhang2018"].draw(runs)
     assert [name.split("_")[0] for name in drawn] == ["fig02-04", "fig05", "fig06", "fig07", "fig08", "fig09-11"]
     for name, figure in drawn.items():
         assert figure.legends, name
@@ -301,11 +300,11 @@ def test_figures_are_those_of_the_paper():
 
 def test_figures_of_one_short_run(tmp_path):
     short = T[T <= 10]
-    drawn = papers.figures(PPATC, synthetic(decaying(time=short), time=short))
+    drawn = papers.draw_run(PPATC, synthetic(decaying(time=short), time=short))
     assert {"attitude_error", "fig02-04_tracking_error", "fig05_attitude"} <= set(drawn)
     assert not any(name.startswith("fig09") for name in drawn)
     assert all(file.is_file() for file in plots.save(drawn, tmp_path))
-    assert not any(name.startswith("fig05") for name in papers.figures(ATC, synthetic(decaying())))
+    assert not any(name.startswith("fig05") for name in papers.draw_run(ATC, synthetic(decaying())))
 
 
 # The outside reference: the equations file's figures from a second derivation
@@ -368,7 +367,7 @@ def test_verdicts_on_the_reference_are_those_of_the_equations_file(reference_run
         name: table(T, **{there.replace(".", "__"): run[here] for there, here in names.items()})
         for name, run in reference_runs.items()
     }
-    found = [v.verdict for v in judge(zhang2018.CLAIMS, runs)]
+    found = [v.verdict for v in judge(papers.PAPERS["zhang2018"].claims, runs)]
     assert found == [
         "reproduced",
         "reproduced",

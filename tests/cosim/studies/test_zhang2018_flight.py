@@ -13,7 +13,7 @@ from components.controllers.prescribed_performance import PrescribedPerformance
 from cosim.errors import StepFailed
 from cosim.flights import simulate
 from cosim.masters.explicit import Explicit
-from cosim.studies.papers import scenario, zhang2018
+from cosim.studies.papers import PAPERS, scenario
 from cosim.studies.papers.claims import judge
 
 
@@ -147,7 +147,7 @@ def test_claims_have_the_figures_of_the_equations_file(ppatc, atc):
     assert_allclose(np.abs(half[late(ppatc)]).max(axis=0), [8.0e-5, 7.3e-5, 7.3e-5], rtol=0.01)
     for run, peak in ((ppatc, 2.9e-4), (atc, 5.7e-5)):
         assert_allclose(np.abs(run["plant.eta"][:, 0]).max(), peak, rtol=0.02)
-    verdicts = [verdict.verdict for verdict in judge(zhang2018.CLAIMS, runs)]
+    verdicts = [verdict.verdict for verdict in judge(PAPERS["zhang2018"].claims, runs)]
     assert verdicts == [
         "reproduced", "reproduced", "partly", "not reproduced", "not reproduced", "reproduced", "partly", "partly",
     ]  # fmt: skip

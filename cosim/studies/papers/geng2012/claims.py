@@ -11,8 +11,7 @@ import numpy as np
 
 from cosim.results.result import Result
 from cosim.studies.metrics import attitude_error, settling_time
-from cosim.studies.papers.claims import Claim, Measure, Measured, window
-from cosim.studies.papers.claims import figures as shown
+from cosim.studies.papers.claims import Claim, Measure, Measured, format_all, window
 from cosim.studies.papers.geng2012.system import (
     COMPENSATED,
     GAMMA_PRINTED,
@@ -100,7 +99,7 @@ def _estimate(runs: Mapping[str, Result]) -> Measured:
     rho = run["controller.rho"]
     late = rho[window(run, 30.0)]
     away = np.max(np.abs(late - rho[-1]), axis=0)
-    text = f"rho(30 s) {shown(late[0])}, rho({STOP_TIME:g} s) {shown(rho[-1])} N m"
+    text = f"rho(30 s) {format_all(late[0])}, rho({STOP_TIME:g} s) {format_all(rho[-1])} N m"
     learned = np.abs(rho[-1]) > SETTLED_RHO  # a gain that never left zero has settled at nothing
     axes = zip(("x", "y", "z"), away, learned, strict=True)
     return Measured(text, {axis: bool(d <= SETTLED_RHO and some) for axis, d, some in axes})

@@ -6,8 +6,8 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from cosim.arrays import FloatArray
 from cosim.results.result import Result
 from cosim.studies import plots
 from cosim.studies.metrics import attitude_error, series
@@ -28,8 +28,6 @@ from cosim.studies.papers.geng2012.system import (
     Z_WHEEL_ONLY,
 )
 
-Array = NDArray[np.float64]
-
 SHORT = {
     COMPENSATED: "with compensation",
     UNCOMPENSATED: r"without, $\rho_0$ = 0.15 N m",
@@ -47,7 +45,7 @@ NEAR = 0.25  # deg/s, room for the rates of the gimbals at the end
 FLOOR = 1e-10  # of the measure of singularity, as it is drawn
 
 
-def figures(results: Mapping[str, Result]) -> dict[str, Figure]:
+def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
     """Return the paper's figures 4-9, as far as `results` has the runs, and one of all runs."""
     runs = {SHORT[name]: results[name] for name in SHORT if name in results and len(results[name]) > 1}
     main = _among(runs, COMPENSATED, UNCOMPENSATED, LINEAR)
@@ -75,7 +73,7 @@ def _among(runs: Mapping[str, Result], *names: str) -> dict[str, Result]:
     return {SHORT[name]: runs[SHORT[name]] for name in names if SHORT[name] in runs}
 
 
-def _degrees(run: Result) -> Array:
+def _degrees(run: Result) -> FloatArray:
     error = attitude_error(run)
     return np.full((len(run), 3), np.nan) if error is None else error
 

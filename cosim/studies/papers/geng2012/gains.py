@@ -3,7 +3,7 @@
 GAIN is linear-quadratic, of the nominal model; it minimises the integral of 11.2 |e|^2 + 390 |w|^2 + 20 |eta'|^2 +
 |u|^2; the paper prints none. SURFACE is its D, printed with one zero more in rows 2 and 3. CENTRES are uniform from
 -0.5 to 0.5 (NumPy's default_rng(0)); rows: roll, pitch, yaw, three rates, three torques G x; columns: neurons.
-`designed` is the rule for another vehicle:
+`design` is the rule for another vehicle:
     x' = A x + B u,  M = J - delta^T delta,  a = 2 zeta Omega eta' + Omega^2 eta
     e' = w,  w' = M^-1 (u + delta^T a),  eta'' = -a - delta w'                                    (1)
 """
@@ -12,7 +12,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.linalg import solve_continuous_are
 
 WEIGHTS = {"e": 11.2, "eta": 0.0, "omega": 390.0, "eta_dot": 20.0}
 GAIN = {
@@ -119,12 +118,14 @@ CENTRES = [
 ]
 
 
-def designed(vehicle: Mapping[str, Any]) -> dict[str, Any]:
+def design(vehicle: Mapping[str, Any]) -> dict[str, Any]:
     """Return the controller's gain of x for a vehicle (J, delta, Omega, zeta; without modes: J), and its surface.
 
     The surface keeps its columns of e and w; those of the modes, which drop out of it on the paper's own vehicle but
     for rounding, belong to that vehicle's modes and are zero here.
     """
+    from scipy.linalg import solve_continuous_are  # slow to import, and the paper's own vehicle needs no design
+
     J, delta, Omega, zeta = (
         np.asarray(getattr(value, "value", value), float)
         for value in (vehicle.get(name, []) for name in ("J", "delta", "Omega", "zeta"))

@@ -9,14 +9,15 @@ network, the boundary layer, the hand-over from gyros to wheels, the wheels' ine
 Changed where the print cannot be meant: K = G in place of -(D B)^-1 D A, see `printed_gain`; D has one zero less.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from cosim.masters.explicit import Explicit
+from cosim.studies.papers.flight import Flight
 from cosim.studies.papers.geng2012.gains import CENTRES, GAIN, SURFACE
-from cosim.system.system import Connection, Experiment, System, Value
+from cosim.system import Connection, Experiment, System, Value
 
 COMPENSATED, UNCOMPENSATED, LINEAR = "geng2012-compensated", "geng2012-uncompensated", "geng2012-linear"
 PRINTED_GAIN, PRINTED_GAMMA = "geng2012-printed-gain", "geng2012-printed-gamma"
@@ -51,64 +52,49 @@ EPSILON, WIDTH = 1e-3, 1.0
 STOP_TIME = 100.0  # s
 
 
-def compensated() -> tuple[System, Experiment]:
+def compensated() -> Flight:
     """Integral sliding mode with the network's gain, configuration N, figures 6-9."""
     return _flight(COMPENSATED, network=1.0)
 
 
-def uncompensated() -> tuple[System, Experiment]:
+def uncompensated() -> Flight:
     """The same with a constant gain of 0.15 N m instead, figures 4-5."""
     return _flight(UNCOMPENSATED)
 
 
-def linear() -> tuple[System, Experiment]:
+def linear() -> Flight:
     """The linear law alone, without switching term: what the network and the constant gain add to."""
     return _flight(LINEAR, rho_0=0.0)
 
 
-def printed_gain() -> tuple[System, Experiment]:
+def printed_gain() -> Flight:
     """The gain of x as printed, -(D B)^-1 D A: it has no attitude feedback, the satellite stays where it is."""
     return _flight(PRINTED_GAIN, rho_0=0.0, printed_gain=1.0)
 
 
-def z_wheel_only() -> tuple[System, Experiment]:
+def z_wheel_only() -> Flight:
     """The cluster as printed, a wheel about z only: the linear law, no hand-over from the gyros."""
     return _flight(Z_WHEEL_ONLY, {"trim_wheels": 0.0, "hand_over": 0.0}, rho_0=0.0)
 
 
-def end_phase_wheels() -> tuple[System, Experiment]:
+def end_phase_wheels() -> Flight:
     """The cluster in the paper's words, x and y wheels in the end phase only: the linear law, hand-over as in N."""
     return _flight(END_PHASE_WHEELS, {"trim_wheels": 2.0}, rho_0=0.0)
 
 
-def printed_gamma() -> tuple[System, Experiment]:
+def printed_gamma() -> Flight:
     """With the network, its weights learning as slowly as printed, gamma = 0.01: what the claims depend on."""
     return _flight(PRINTED_GAMMA, network=1.0, gamma=GAMMA_PRINTED)
 
 
-def weak() -> tuple[System, Experiment]:
+def uncompensated_weak() -> Flight:
     """Constant gain of 0.02 N m: the paper does not print its value, and the claims depend on it."""
     return _flight(WEAK, rho_0=WEAK_RHO_0)
 
 
-def strong() -> tuple[System, Experiment]:
+def uncompensated_strong() -> Flight:
     """Constant gain of 0.5 N m."""
     return _flight(STRONG, rho_0=STRONG_RHO_0)
-
-
-def systems() -> dict[str, Callable[[], tuple[System, Experiment]]]:
-    """Return the experiments by name."""
-    return {
-        COMPENSATED: compensated,
-        UNCOMPENSATED: uncompensated,
-        LINEAR: linear,
-        PRINTED_GAIN: printed_gain,
-        Z_WHEEL_ONLY: z_wheel_only,
-        END_PHASE_WHEELS: end_phase_wheels,
-        PRINTED_GAMMA: printed_gamma,
-        WEAK: weak,
-        STRONG: strong,
-    }
 
 
 def _flight(
@@ -119,7 +105,7 @@ def _flight(
     rho_0: float = RHO_0,
     gamma: float = GAMMA,
     printed_gain: float = 0.0,
-) -> tuple[System, Experiment]:
+) -> Flight:
     law = {"network": network, "constant_gain": Value(rho_0, "N.m"), "gamma_W": gamma, "printed_gain": printed_gain}
     cluster = {"trim_wheels": 1.0, "hand_over": 1.0, **(steering or {})}
     system = System(

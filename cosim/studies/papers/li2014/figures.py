@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from cosim.arrays import FloatArray
 from cosim.results.result import Result
 from cosim.studies import plots
 from cosim.studies.papers.li2014.claims import ACCURACY
@@ -19,7 +20,6 @@ from cosim.studies.papers.li2014.spectrum import (
     SEGMENT,
     SETTLED,
     TAIL,
-    Array,
     attitude,
     contact,
     drag_density,
@@ -54,7 +54,7 @@ TRANSIENT, NEAR = 15.0, 20.0  # s
 ANGLES = ("roll", "pitch", "yaw")
 
 
-def figures(results: Mapping[str, Result]) -> dict[str, Figure]:
+def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
     """Return the paper's figures 1-3, commands, limits and spectral density, as far as `results` has the runs."""
     flown = {name: run for name, run in results.items() if len(run) > 1}
     runs = {SHORT[name]: flown[name] for name in SHORT if name in flown}
@@ -80,7 +80,7 @@ def figures(results: Mapping[str, Result]) -> dict[str, Figure]:
 
 def _errors(
     runs: Mapping[str, Result],
-    rows: Callable[[Result], Array],
+    rows: Callable[[Result], FloatArray],
     axes: Sequence[str],
     unit: str,
     symbol: str,

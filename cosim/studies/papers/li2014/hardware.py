@@ -6,7 +6,7 @@ N m; position and attitude in the cage as seen by LISA Pathfinder's; star tracke
 
 from typing import Any
 
-from cosim.system.system import Value
+from cosim.system import Value
 
 
 def hardware() -> dict[str, Any]:

@@ -10,15 +10,15 @@ Names end in -nn with the networks, in -no-nn with their weights frozen at zero.
 are long enough for a spectral density; all others have the mean atmosphere only.
 """
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from cosim.masters.explicit import Explicit
+from cosim.studies.papers.flight import Flight
 from cosim.studies.papers.li2014.hardware import hardware
-from cosim.system.system import Connection, Experiment, System, Value
+from cosim.system import Connection, Experiment, System, Value
 
 NN, NO_NN = "li2014-nn", "li2014-no-nn"
 NN_LVLH, NO_NN_LVLH = "li2014-nn-lvlh", "li2014-no-nn-lvlh"
@@ -49,27 +49,27 @@ STOP_TIME, SPECTRUM_TIME = 200.0, 2000.0  # s
 CAGE_TIME = 60.0  # s, the test mass is at its cage before, which ends the run
 
 
-def nn() -> tuple[System, Experiment]:
+def nn() -> Flight:
     """Adaptive neural backstepping of a drag-free satellite, inertial pointing, ideal actuators, figures 1-3."""
     return _flight(NN, lvlh=False, network=True)
 
 
-def no_nn() -> tuple[System, Experiment]:
+def no_nn() -> Flight:
     """The same with the networks' weights frozen at zero."""
     return _flight(NO_NN, lvlh=False, network=False)
 
 
-def nn_lvlh() -> tuple[System, Experiment]:
+def nn_lvlh() -> Flight:
     """Networks on, the satellite points to the Earth."""
     return _flight(NN_LVLH, lvlh=True, network=True)
 
 
-def no_nn_lvlh() -> tuple[System, Experiment]:
+def no_nn_lvlh() -> Flight:
     """Networks off, the satellite points to the Earth."""
     return _flight(NO_NN_LVLH, lvlh=True, network=False)
 
 
-def actuators() -> tuple[System, Experiment]:
+def actuators() -> Flight:
     """Limits, slew, quantisation, sensor noise and gusts, from an acquired state; drag fed forward; slow attitude."""
     acquired = {
         "plant.r_rel": [0.0, 0.0, 0.0],
@@ -86,33 +86,19 @@ def actuators() -> tuple[System, Experiment]:
     return _flight(ACTUATORS, lvlh=True, network=True, limits=True, gusts=True, changed=acquired)
 
 
-def printed_start_with_limits() -> tuple[System, Experiment]:
+def printed_start_with_limits() -> Flight:
     """The paper's initial state with the limits of the actuators: ends with the test mass at its cage."""
     return _flight(PRINTED_START, lvlh=True, network=True, limits=True)
 
 
-def nn_lvlh_spectrum() -> tuple[System, Experiment]:
+def nn_lvlh_spectrum() -> Flight:
     """Networks on, with gusts, long enough for a spectral density of the residual acceleration."""
     return _flight(NN_SPECTRUM, lvlh=True, network=True, gusts=True)
 
 
-def no_nn_lvlh_spectrum() -> tuple[System, Experiment]:
+def no_nn_lvlh_spectrum() -> Flight:
     """Networks off, with gusts, long enough for a spectral density of the residual acceleration."""
     return _flight(NO_NN_SPECTRUM, lvlh=True, network=False, gusts=True)
-
-
-def systems() -> dict[str, Callable[[], tuple[System, Experiment]]]:
-    """Return the experiments by name."""
-    return {
-        NN: nn,
-        NO_NN: no_nn,
-        NN_LVLH: nn_lvlh,
-        NO_NN_LVLH: no_nn_lvlh,
-        ACTUATORS: actuators,
-        PRINTED_START: printed_start_with_limits,
-        NN_SPECTRUM: nn_lvlh_spectrum,
-        NO_NN_SPECTRUM: no_nn_lvlh_spectrum,
-    }
 
 
 def orbit() -> tuple[np.ndarray, np.ndarray]:
@@ -164,7 +150,7 @@ def _flight(
     limits: bool = False,
     gusts: bool = False,
     changed: dict[str, Any] | None = None,
-) -> tuple[System, Experiment]:
+) -> Flight:
     components = {
         "plant": "DragFreeSatellite",
         "environment": "LowOrbit",

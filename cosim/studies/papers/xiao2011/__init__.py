@@ -4,12 +4,6 @@
 gain, `claims` and `figures` what it says.
 """
 
-from cosim.studies.papers.xiao2011.claims import CLAIMS
-from cosim.studies.papers.xiao2011.figures import figures
-from cosim.studies.papers.xiao2011.system import systems
-
-__all__ = ["CLAIMS", "SETTLED", "TITLE", "figures", "systems"]
-
 TITLE = "Xiao, Hu, Ma: Adaptive L2-gain controller for flexible spacecraft attitude tracking (2011)"
 
 SETTLED = 0.01  # deg, 5 % of the initial angles of case S

@@ -9,8 +9,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from cosim.results.result import Result
-from cosim.studies.papers.claims import Claim, Measure, Measured
-from cosim.studies.papers.claims import figures as shown
+from cosim.studies.papers.claims import Claim, Measure, Measured, format_all
 from cosim.studies.papers.xiao2011 import gain
 from cosim.studies.papers.xiao2011.system import (
     GAMMA,
@@ -121,7 +120,7 @@ def _theorem_2(runs: Mapping[str, Result]) -> Measured:
     fails = np.array([np.mean(left[saturated[:, i], i] > 0) if saturated[:, i].any() else 0.0 for i in range(3)])
     text = (
         f"unsaturated {free:.4f}; saturated by {OVERLOAD:g} N m from outside {loaded:.0f}; its proof's (33) fails in "
-        f"{shown(100 * fails, 2)} % of the saturated time of case S"
+        f"{format_all(100 * fails, 2)} % of the saturated time of case S"
     )
     return Measured(text, {"unsaturated": free <= GAMMA, "saturated": loaded <= GAMMA})
 

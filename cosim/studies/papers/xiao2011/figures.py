@@ -6,7 +6,6 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from cosim.results.result import Result
 from cosim.studies import plots
@@ -24,8 +23,6 @@ from cosim.studies.papers.xiao2011.system import (
     U_MAX,
 )
 from cosim.studies.papers.xiao2011.tracking import angles, rates
-
-Array = NDArray[np.float64]
 
 SYMBOLS = (r"$\varphi$", r"$\theta$", r"$\psi$")
 NAMES = [f"{symbol}, {axis}" for symbol, axis in zip(SYMBOLS, AXES, strict=True)]
@@ -51,7 +48,7 @@ LOOKS: dict[str, dict[str, Any]] = {  # one look for a law, in every figure
 CLAIMED = {"L2-gain": (80.0, 50.0), "PID": (200.0, 300.0)}  # s: attitude settled, vibration gone
 
 
-def figures(results: Mapping[str, Result]) -> dict[str, Figure]:
+def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
     """Return the paper's figures as far as `results` has the runs."""
     drawn: dict[str, Figure] = {}
     with mpl.rc_context(plots.STYLE):

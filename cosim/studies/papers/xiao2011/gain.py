@@ -11,15 +11,13 @@ Flown from rest with f and g known, so that the storage function starts at zero,
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cosim.arrays import FloatArray
 from cosim.results.result import Result
 from cosim.studies.papers.xiao2011.system import C_1, GAMMA, INERTIA, NODES, P_1, K
 
-Array = NDArray[np.float64]
 
-
-def frequency_response(omega: Array) -> Array:
+def frequency_response(omega: FloatArray) -> FloatArray:
     """Return the gain from d to y at the angular frequencies omega, rad/s."""
     s = 1j * np.asarray(omega)
     kappa = (GAMMA**2 + 1) / (2 * GAMMA**2)
@@ -28,7 +26,7 @@ def frequency_response(omega: Array) -> Array:
     return np.sqrt(np.abs(z2) ** 2 + np.abs(z1_of_z2 * z2) ** 2)
 
 
-def flown(run: Result, begin: float = 0.0) -> Array:
+def flown(run: Result, begin: float = 0.0) -> FloatArray:
     """Return the gain of each axis of a run of a rigid body at rest, over whole rows from `begin` (s) on."""
     late = run.time >= begin
     time = run.time[late]

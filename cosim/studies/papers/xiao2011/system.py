@@ -14,19 +14,16 @@ case L, 22 kg m^2; the initial weights, uniform(0, 1) from numpy's default_rng(2
 and the floor of its output are the smallest change that lets the law work; as printed it does not settle.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from cosim.arrays import FloatArray
 from cosim.masters.explicit import Explicit
-from cosim.system.system import Connection, Experiment, System, Value
-
-Array = NDArray[np.float64]
-Flight = tuple[System, Experiment]
+from cosim.studies.papers.flight import Flight
+from cosim.system import Connection, Experiment, System, Value
 
 L2, L2_LARGE, L2_LARGE_K5 = "xiao2011-l2gain", "xiao2011-l2gain-large", "xiao2011-l2gain-large-k5"
 L2_PRINTED, L2_UNCONSTRAINED = "xiao2011-l2gain-printed", "xiao2011-l2gain-unconstrained"
@@ -111,28 +108,12 @@ def pid_antiwindup() -> Flight:
     return _pid(PID_ANTIWINDUP, size=LARGE, conditional=1.0)
 
 
-def systems() -> dict[str, Callable[[], Flight]]:
-    """Return the experiments by name."""
-    return {
-        L2: l2gain,
-        L2_LARGE: l2gain_large,
-        L2_LARGE_K5: l2gain_large_k5,
-        L2_PRINTED: l2gain_printed,
-        L2_UNCONSTRAINED: l2gain_unconstrained,
-        SHAKEN: l2gain_shaken,
-        OVERLOADED: l2gain_overloaded,
-        PID: pid,
-        PID_LARGE: pid_large,
-        PID_ANTIWINDUP: pid_antiwindup,
-    }
-
-
-def initial_angles(size: float) -> Array:
+def initial_angles(size: float) -> FloatArray:
     """Return Theta(0), rad, of a case."""
     return size * np.array([1.0, -1.0, 1.0]) / INERTIA
 
 
-def initial_attitude(size: float) -> tuple[Array, Array]:
+def initial_attitude(size: float) -> tuple[FloatArray, FloatArray]:
     """Return q_BN, scalar first, and omega_BN_B in rad/s at rest in the orbit frame, which is N at t = 0."""
     q_BR = Rotation.from_euler("ZYX", initial_angles(size)[::-1])
     omega_BN_B = q_BR.inv().apply([0.0, -ORBIT_RATE, 0.0])  # (1), Theta' = 0

@@ -4,38 +4,36 @@ Settled: the last time outside a part of each angle's own start, or of each mode
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cosim.arrays import FloatArray
 from cosim.results.result import Result
 from cosim.studies.metrics import rotations, settling_time
 
-Array = NDArray[np.float64]
 
-
-def angles(run: Result) -> Array:
+def angles(run: Result) -> FloatArray:
     """Return Theta = (phi, theta, psi), the attitude of the body in the orbit frame, rad, shape (n, 3)."""
     error = rotations(run["guidance.q_RN"]).inv() * rotations(run["plant.q_BN"])
     return error.as_euler("ZYX")[:, ::-1]
 
 
-def rates(run: Result) -> Array:
+def rates(run: Result) -> FloatArray:
     """Return the body rate relative to the orbit frame, rad/s, shape (n, 3)."""
     error = rotations(run["guidance.q_RN"]).inv() * rotations(run["plant.q_BN"])
     return run["plant.omega_BN_B"] - error.inv().apply(run["guidance.omega_RN_R"])
 
 
-def settling(run: Result, part: float) -> Array:
+def settling(run: Result, part: float) -> FloatArray:
     """Return when each angle has come to stay within `part` of its own start; inf where it does not."""
     theta = angles(run)
     return _last_exits(run.time, theta, part * np.abs(theta[0]))
 
 
-def vibration(run: Result, part: float = 0.05) -> Array:
+def vibration(run: Result, part: float = 0.05) -> FloatArray:
     """Return when each mode has come to stay within `part` of its own peak; inf where it does not."""
     eta = run["plant.eta"]
     return _last_exits(run.time, eta, part * np.max(np.abs(eta), axis=0))
 
 
-def _last_exits(time: Array, rows: Array, thresholds: Array) -> Array:
+def _last_exits(time: FloatArray, rows: FloatArray, thresholds: FloatArray) -> FloatArray:
     times = [settling_time(time, rows[:, [i]], float(thresholds[i])) for i in range(rows.shape[1])]
     return np.array([np.inf if t is None else t for t in times])

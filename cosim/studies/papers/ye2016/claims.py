@@ -6,8 +6,8 @@ The paper's eigenvalues can be read in two ways: "printed" is -0.2 +- 0.2i and s
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cosim.arrays import FloatArray
 from cosim.results.result import Result
 from cosim.studies.papers.claims import Claim, Measure, Measured, window
 from cosim.studies.papers.ye2016.system import (
@@ -22,12 +22,11 @@ from cosim.studies.papers.ye2016.system import (
 )
 from cosim.studies.papers.ye2016.tracking import LATE, euler_error, momentum_error, rate_error, squared_norms
 
-Array = NDArray[np.float64]
 HALF_A_DECADE = np.sqrt(10.0)
 READINGS = {"printed poles": (NONADAPTIVE, PRINTED), "slow poles": (NONADAPTIVE_SLOW, ADAPTIVE_SLOW)}
 
 
-def _largest(error: Callable[[Result], Array], run: Result, begin: float = 0.0) -> float:
+def _largest(error: Callable[[Result], FloatArray], run: Result, begin: float = 0.0) -> float:
     return float(np.max(np.abs(error(run)[window(run, begin)])))
 
 

@@ -6,8 +6,8 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from cosim.arrays import FloatArray
 from cosim.results.result import Result
 from cosim.studies import plots
 from cosim.studies.papers.ye2016.system import (
@@ -23,7 +23,6 @@ from cosim.studies.papers.ye2016.system import (
 )
 from cosim.studies.papers.ye2016.tracking import euler_error, rate_error, squared_norms
 
-Array = NDArray[np.float64]
 AXES = ("roll", "pitch", "yaw")
 SHORT = {
     NONADAPTIVE: "no adaptation",
@@ -48,7 +47,7 @@ READINGS = {
 CLAIMED = {"rad": {"0.3 rad": 0.3, "0.003 rad": 0.003}, "rad/s": {"1e-3 rad/s": 1e-3, "1e-4 rad/s": 1e-4}}
 
 
-def figures(results: Mapping[str, Result]) -> dict[str, Figure]:
+def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
     """Return the paper's figures 2-5, 8-11 and those of its cluster, as far as `results` has the runs."""
     runs = {name: results[name] for name in SHORT if name in results and len(results[name]) > 1}
     if not runs:
@@ -71,7 +70,7 @@ def figures(results: Mapping[str, Result]) -> dict[str, Figure]:
     return drawn
 
 
-def _errors(runs: Mapping[str, Result], error: Callable[[Result], Array], title: str, unit: str) -> Figure:
+def _errors(runs: Mapping[str, Result], error: Callable[[Result], FloatArray], title: str, unit: str) -> Figure:
     """Draw the error per axis, below it the largest component on a logarithmic scale; a column a reading of K."""
     shown = {reading: [n for n in names if n in runs] for reading, names in READINGS.items()}
     shown = {reading: names for reading, names in shown.items() if names}
@@ -148,7 +147,7 @@ def _norms(runs: Mapping[str, Result]) -> Figure:
     return figure
 
 
-def _envelope(time: Array, rows: Array, span: float) -> tuple[Array, Array]:
+def _envelope(time: FloatArray, rows: FloatArray, span: float) -> tuple[FloatArray, FloatArray]:
     """Return the begin of each span of time, s, and the largest of each column in it."""
     count = max(1, int(span * (len(time) - 1) / (time[-1] - time[0])))
     begins = np.arange(0, len(time), count)
@@ -250,7 +249,11 @@ def _wanted(runs: Mapping[str, Result]) -> Figure:
 
 
 def _draw(
-    axes: Sequence[Any], runs: Mapping[str, Result], rows: Mapping[str, Array], exponent: int, labels: Sequence[str]
+    axes: Sequence[Any],
+    runs: Mapping[str, Result],
+    rows: Mapping[str, FloatArray],
+    exponent: int,
+    labels: Sequence[str],
 ) -> None:
     for i, (ax, text) in enumerate(zip(axes, labels, strict=True)):
         for name, values in rows.items():

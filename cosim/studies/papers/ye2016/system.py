@@ -11,16 +11,14 @@ tenth of that as well: the slow poles, with which alone its errors come out. alp
 cluster of ten times the inertia and momentum.
 """
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cosim.arrays import FloatArray
 from cosim.masters.explicit import Explicit
-from cosim.system.system import Connection, Experiment, System, Value
-
-Array = NDArray[np.float64]
+from cosim.studies.papers.flight import Flight
+from cosim.system import Connection, Experiment, System, Value
 
 NONADAPTIVE, ADAPTIVE, PRINTED = "ye2016-nonadaptive", "ye2016-adaptive", "ye2016-adaptive-printed"
 NONADAPTIVE_SLOW, ADAPTIVE_SLOW = "ye2016-nonadaptive-slow", "ye2016-adaptive-slow"
@@ -75,61 +73,47 @@ STEP = 0.01  # s
 SLOW_STEP = 1e-3  # s: the estimates at the end of adaptive-slow, which runs along its projection, need it
 
 
-def nonadaptive() -> tuple[System, Experiment]:
+def nonadaptive() -> Flight:
     """No adaptation, poles as printed, figures 2-3."""
     return _flight(NONADAPTIVE, alpha_F=0.0, alpha_G=0.0)
 
 
-def adaptive() -> tuple[System, Experiment]:
+def adaptive() -> Flight:
     """Adaptation at the vehicle's own scale (alpha_F 1e5), poles as printed, figures 4-11."""
     return _flight(ADAPTIVE, alpha_F=1e5)
 
 
-def adaptive_printed() -> tuple[System, Experiment]:
+def adaptive_printed() -> Flight:
     """Adaptation with the printed alpha_F = 1e7, poles as printed, figures 4-11."""
     return _flight(PRINTED, alpha_F=ALPHA_F_PRINTED)
 
 
-def nonadaptive_slow() -> tuple[System, Experiment]:
+def nonadaptive_slow() -> Flight:
     """No adaptation, poles a tenth of the printed ones, figures 2-3."""
     return _flight(NONADAPTIVE_SLOW, alpha_F=0.0, alpha_G=0.0, poles=0.1)
 
 
-def adaptive_slow() -> tuple[System, Experiment]:
+def adaptive_slow() -> Flight:
     """Adaptation (alpha_F 1e2), poles a tenth of the printed ones, figures 4-11."""
     return _flight(ADAPTIVE_SLOW, alpha_F=1e2, poles=0.1)
 
 
-def perfect() -> tuple[System, Experiment]:
+def perfect() -> Flight:
     """No adaptation, but the true axes and the true momentum are known from the start."""
     return _flight(PERFECT, alpha_F=0.0, alpha_G=0.0, known=True)
 
 
-def systems() -> dict[str, Callable[[], tuple[System, Experiment]]]:
-    """Return the six experiments by name."""
-    return {
-        NONADAPTIVE: nonadaptive,
-        ADAPTIVE: adaptive,
-        PRINTED: adaptive_printed,
-        NONADAPTIVE_SLOW: nonadaptive_slow,
-        ADAPTIVE_SLOW: adaptive_slow,
-        PERFECT: perfect,
-    }
-
-
-def unknown_momentum() -> Array:
+def unknown_momentum() -> FloatArray:
     """Return what the total momentum is at the start beyond that of the nominal axes, N m s; the body is at rest."""
     return ROTOR_DEVIATION @ ROTOR_MOMENTUM + WHEEL_DEVIATION @ np.multiply(WHEEL_INERTIA, WHEEL_SPEED)
 
 
-def unknown_axes() -> tuple[Array, Array]:
+def unknown_axes() -> tuple[FloatArray, FloatArray]:
     """Return the true Theta_cG, a row [t_i0^D, s_i0^D] a gyro, and Theta_wG, a row s_wj^D a wheel."""
     return np.hstack([TRANSVERSE_DEVIATION.T, ROTOR_DEVIATION.T]), WHEEL_DEVIATION.T
 
 
-def _flight(
-    name: str, alpha_F: float, alpha_G: float = ALPHA_G, poles: float = 1.0, known: bool = False
-) -> tuple[System, Experiment]:
+def _flight(name: str, alpha_F: float, alpha_G: float = ALPHA_G, poles: float = 1.0, known: bool = False) -> Flight:
     step = STEP if poles == 1.0 else SLOW_STEP
     of_gyros, of_wheels = unknown_axes()
     system = System(

@@ -3,12 +3,6 @@
 `system` has the paper's numbers and experiments, `tracking` its error angles, `claims` and `figures` what it says.
 """
 
-from cosim.studies.papers.zhang2018.claims import CLAIMS
-from cosim.studies.papers.zhang2018.figures import figures
-from cosim.studies.papers.zhang2018.system import systems
-
-__all__ = ["CLAIMS", "SETTLED", "TITLE", "figures", "systems"]
-
 TITLE = "Zhang, Sun, Ma, Li: Prescribed performance adaptive attitude tracking control for flexible spacecraft (2018)"
 
 SETTLED = 0.005  # deg, the steady state that the paper claims

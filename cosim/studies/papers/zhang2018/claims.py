@@ -6,12 +6,11 @@ e_i is the error of an Euler angle (tracking.py), not what a controller says of 
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cosim.arrays import FloatArray
 from cosim.results.result import Result
 from cosim.studies.metrics import settling_time
-from cosim.studies.papers.claims import AXES, Claim, Measure, Measured, per_axis, window
-from cosim.studies.papers.claims import figures as shown
+from cosim.studies.papers.claims import AXES, Claim, Measure, Measured, format_all, per_axis, window
 from cosim.studies.papers.zhang2018.system import (
     ATC,
     ATC_HALF,
@@ -26,10 +25,8 @@ from cosim.studies.papers.zhang2018.system import (
 )
 from cosim.studies.papers.zhang2018.tracking import STEADY, bound, tracking_error
 
-Array = NDArray[np.float64]
 
-
-def _largest(run: Result, begin: float = STEADY) -> Array:
+def _largest(run: Result, begin: float = STEADY) -> FloatArray:
     return np.max(np.abs(tracking_error(run)[window(run, begin)]), axis=0)
 
 
@@ -39,7 +36,7 @@ def _settling(run: Result) -> list[float]:
     return [np.inf if t is None else t for t in times]
 
 
-def _margins(run: Result) -> tuple[Array, Array]:
+def _margins(run: Result) -> tuple[FloatArray, FloatArray]:
     """Return the extremes of z = e / rho, taken towards the side where e starts, per axis."""
     e = tracking_error(run)
     z = e / bound(run.time)[:, None] * np.where(e[0] >= 0, 1.0, -1.0)
@@ -60,7 +57,7 @@ def _swings(run: Result) -> list[int]:
     return counts
 
 
-def _undershoot(run: Result) -> Array:
+def _undershoot(run: Result) -> FloatArray:
     """Return how far e goes beyond zero to the other side, deg, per axis."""
     e = tracking_error(run)
     return np.max(-e * np.where(e[0] >= 0, 1.0, -1.0), axis=0).clip(0.0)
@@ -68,7 +65,7 @@ def _undershoot(run: Result) -> Array:
 
 def _ppatc_steady(runs: Mapping[str, Result]) -> Measured:
     largest = _largest(runs[PPATC])
-    return Measured(f"{shown(largest)} deg", per_axis(largest, lambda e: e <= RHO_INF))
+    return Measured(f"{format_all(largest)} deg", per_axis(largest, lambda e: e <= RHO_INF))
 
 
 def _ppatc_bounds(runs: Mapping[str, Result]) -> Measured:
@@ -85,12 +82,12 @@ def _ppatc_first(runs: Mapping[str, Result]) -> Measured:
 
 def _atc_misses(runs: Mapping[str, Result]) -> Measured:
     largest = _largest(runs[ATC])
-    return Measured(f"{shown(largest)} deg", per_axis(largest, lambda e: e > RHO_INF))
+    return Measured(f"{format_all(largest)} deg", per_axis(largest, lambda e: e > RHO_INF))
 
 
 def _atc_oscillates(runs: Mapping[str, Result]) -> Measured:
     counts, depth = _swings(runs[ATC]), _undershoot(runs[ATC])
-    text = f"reversals {' / '.join(map(str, counts))}, undershoot {shown(depth)} deg"
+    text = f"reversals {' / '.join(map(str, counts))}, undershoot {format_all(depth)} deg"
     return Measured(text, per_axis(counts, lambda n: n >= 2))
 
 
@@ -106,7 +103,7 @@ def _half_ppatc(runs: Mapping[str, Result]) -> Measured:
     )
     holds |= {f"bounds, {axis}": good for axis, good in _within_bounds(half).items()}
     holds |= per_axis(_largest(half), lambda e: e <= RHO_INF, "accuracy,")
-    return Measured(f"change at most {shown(most)} deg, after 20 s {shown(late)} deg", holds)
+    return Measured(f"change at most {format_all(most)} deg, after 20 s {format_all(late)} deg", holds)
 
 
 def _half_atc(runs: Mapping[str, Result]) -> Measured:
@@ -115,7 +112,8 @@ def _half_atc(runs: Mapping[str, Result]) -> Measured:
     holds = per_axis(after / before, lambda ratio: ratio > 1.1, "accuracy,")
     worse = (deep > 1.1 * shallow) & (deep > RHO_INF)
     holds |= {f"oscillation, {axis}": bool(w) for axis, w in zip(AXES, worse, strict=True)}
-    text = f"steady {shown(before)} -> {shown(after)} deg, undershoot {shown(shallow)} -> {shown(deep)} deg"
+    text = f"steady {format_all(before)} -> {format_all(after)} deg, "
+    text += f"undershoot {format_all(shallow)} -> {format_all(deep)} deg"
     return Measured(text, holds)
 
 

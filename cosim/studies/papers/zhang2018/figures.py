@@ -23,7 +23,7 @@ LOOKS: dict[str, dict[str, Any]] = {  # blue: PPATC, orange: ATC, the paler with
 }
 
 
-def figures(results: Mapping[str, Result]) -> dict[str, Figure]:
+def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
     """Return the paper's figures 2-11, as far as `results` has the runs."""
     runs = {SHORT[name]: results[name] for name in SHORT if name in results and len(results[name]) > 1}
     full = {name: runs[name] for name in ("PPATC", "ATC") if name in runs}

@@ -12,17 +12,15 @@ Chosen where the paper is silent: the rates of its Table 1 are those of the Eule
 degrees, the disturbance is in body axes, the panels and the adaptation start at zero, 200 s, no torque limit.
 """
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from cosim.arrays import FloatArray
 from cosim.masters.explicit import Explicit
-from cosim.system.system import Connection, Experiment, System, Value
-
-Array = NDArray[np.float64]
+from cosim.studies.papers.flight import Flight
+from cosim.system import Connection, Experiment, System, Value
 
 PPATC, ATC = "zhang2018-ppatc", "zhang2018-atc"
 PPATC_HALF, ATC_HALF = "zhang2018-ppatc-half", "zhang2018-atc-half"
@@ -63,32 +61,27 @@ RATE_CENTRES = [
 STOP_TIME = 200.0  # s
 
 
-def ppatc() -> tuple[System, Experiment]:
+def ppatc() -> Flight:
     """Prescribed performance adaptive tracking (PPATC) of a sinusoidal attitude, figures 2-8."""
     return _flight(PPATC, "PrescribedPerformance", 1.0)
 
 
-def atc() -> tuple[System, Experiment]:
+def atc() -> Flight:
     """Adaptive tracking (ATC), the same gains without prescribed performance, figures 2-4."""
     return _flight(ATC, "AdaptiveTracking", 1.0)
 
 
-def ppatc_half() -> tuple[System, Experiment]:
+def ppatc_half() -> Flight:
     """PPATC with K, tau_w and tau_mu halved, figures 9-11."""
     return _flight(PPATC_HALF, "PrescribedPerformance", 0.5)
 
 
-def atc_half() -> tuple[System, Experiment]:
+def atc_half() -> Flight:
     """ATC with K, tau_w and tau_mu halved, figures 9-11."""
     return _flight(ATC_HALF, "AdaptiveTracking", 0.5)
 
 
-def systems() -> dict[str, Callable[[], tuple[System, Experiment]]]:
-    """Return the four experiments by name."""
-    return {PPATC: ppatc, ATC: atc, PPATC_HALF: ppatc_half, ATC_HALF: atc_half}
-
-
-def initial_attitude() -> tuple[Array, Array]:
+def initial_attitude() -> tuple[FloatArray, FloatArray]:
     """Return q_BN, scalar first, and omega_BN_B in rad/s, of Table 1."""
     _, th, psi = theta = np.radians(THETA_0)
     s, c = np.sin(psi), np.cos(psi)
@@ -96,7 +89,7 @@ def initial_attitude() -> tuple[Array, Array]:
     return Rotation.from_euler("XYZ", theta).as_quat(scalar_first=True), G @ np.radians(THETA_DOT_0)
 
 
-def _flight(name: str, controller: str, gain_factor: float) -> tuple[System, Experiment]:
+def _flight(name: str, controller: str, gain_factor: float) -> Flight:
     q_BN, omega_BN_B = initial_attitude()
     system = System(
         name=name,

@@ -4,7 +4,7 @@
 """
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -13,7 +13,7 @@ from typing import Any
 from cosim.errors import SimulationError
 from cosim.flights import Locate, Progress, make_folder, refuse_existing, simulate
 from cosim.results.result import Result
-from cosim.studies import metrics, papers, plots
+from cosim.studies import markdown, metrics, papers, plots
 from cosim.studies.papers.claims import Verdict, judge
 
 PREFACE = (
@@ -23,7 +23,7 @@ PREFACE = (
     "run's `run.json` has them all, axis by axis."
 )
 HEAD = ("paper", "claim", "paper says", "measured", "verdict", "criterion")
-COLUMNS = {  # heads of the table of metrics -> keys of metrics.attitude; of an array the largest element counts
+COLUMNS = {  # heads of the table of metrics -> keys of metrics.measure; of an array the largest element counts
     "settled below (deg)": "settling threshold (deg)",
     "settling time (s)": "settling time (s)",
     "APE max (deg)": "APE max (deg)",
@@ -78,27 +78,27 @@ def reproduce(
     Raises `UnknownName` for a paper that there is not, `ResultExists` before anything is flown. An experiment that
     fails, or Ctrl-C, ends the flights: the report has what was flown, claims that lack runs are "not judged".
     """
-    chosen = {name: papers.paper(name) for name in names}
+    chosen = {name: papers.find(name) for name in names}
     if not overwrite:
         for name, paper in chosen.items():
-            for experiment in paper.systems():
+            for experiment in paper.experiments:
                 refuse_existing(folder / name / experiment)
     make_folder(folder)
     results: dict[str, Result] = {}
     failure: SimulationError | None = None
     interrupted = False
     for name, paper in chosen.items():
-        for experiment, make in paper.systems().items():
+        for experiment in paper.experiments:
             if failure is None and not interrupted:
                 announce(experiment)
                 try:
                     results[experiment] = simulate(
-                        *make(),
+                        *paper.make(experiment),
                         out=folder / name / experiment,
                         locate=locate,
                         progress=progress,
                         overwrite=overwrite,
-                        metrics=partial(metrics.attitude, threshold_deg=paper.SETTLED),
+                        metrics=partial(metrics.measure, threshold_deg=paper.settled),
                     )
                     interrupted = results[experiment].info["status"] != "finished"
                 except KeyboardInterrupt:  # between two runs, or while one is set up
@@ -108,11 +108,11 @@ def reproduce(
                     if error.result is not None:
                         results[experiment] = error.result
     finished = {name: run for name, run in results.items() if run.info["status"] == "finished"}
-    verdicts = tuple(v for paper in chosen.values() for v in judge(paper.CLAIMS, finished))
-    drawn = {name: plots.save(paper.figures(finished), folder / name) for name, paper in chosen.items()}
+    verdicts = tuple(v for paper in chosen.values() for v in judge(paper.claims, finished))
+    drawn = {name: plots.save(paper.draw(finished), folder / name) for name, paper in chosen.items()}
     files = _written(folder, verdicts, results, drawn)
     drawings = [path for paths in drawn.values() for path in paths]
-    planned = sum(len(paper.systems()) for paper in chosen.values())
+    planned = sum(len(paper.experiments) for paper in chosen.values())
     return Report(verdicts, results, (*files, *drawings), planned, failure)
 
 
@@ -124,10 +124,10 @@ def _written(
     parts = [
         "# What holds of the papers\n",
         "## Claims\n",
-        table(HEAD, ([v.paper, v.claim, v.said, v.measured, v.verdict, v.criterion] for v in verdicts)),
+        markdown.write_table(HEAD, ([v.paper, v.claim, v.said, v.measured, v.verdict, v.criterion] for v in verdicts)),
         "## Metrics of every run\n",
         f"{PREFACE}\n",
-        table(("experiment", *COLUMNS, "ended"), map(list, metrics_rows(results))),
+        markdown.write_table(("experiment", *COLUMNS, "ended"), map(list, metrics_rows(results))),
         *(_gallery(name, [path.relative_to(folder) for path in paths]) for name, paths in drawn.items()),
     ]
     folder.mkdir(parents=True, exist_ok=True)
@@ -153,13 +153,7 @@ def _figure(value: Any) -> str:
     return f"{max(value) if isinstance(value, list) else value:.3g}"
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a Markdown table."""
-    lines = [" | ".join(cell.replace("|", "\\|") for cell in row) for row in (head, ("---",) * len(head), *rows)]
-    return "".join(f"| {line} |\n" for line in lines)
-
-
 def _gallery(name: str, paths: Sequence[Path]) -> str:
     """Return the figures of a paper as Markdown."""
     pictures = "".join(f"![{path.stem}]({path.as_posix()})\n\n" for path in paths)
-    return f"## Figures of {name}: {papers.paper(name).TITLE}\n\n{pictures}" if pictures else ""
+    return f"## Figures of {name}: {papers.find(name).title}\n\n{pictures}" if pictures else ""

@@ -10,8 +10,8 @@ from typing import Any
 
 from cosim.flights import Locate
 from cosim.studies import papers
-from cosim.studies.compare.mission import TORQUE_LIMIT
-from cosim.system.system import Connection, System
+from cosim.studies.comparison.mission import TORQUE_LIMIT
+from cosim.system import Connection, System
 from fmus.description.description import ModelDescription
 from fmus.description.names import split_port
 from fmus.description.read import read_description
@@ -40,12 +40,12 @@ class Plant:
         return len(_plain(self.vehicle["Omega"])) if "Omega" in self.vehicle else 0
 
 
-def plants(locate: Locate) -> dict[str, Plant]:
+def find_plants(locate: Locate) -> dict[str, Plant]:
     """Return one attitude plant a paper, by the paper's key."""
     found: dict[str, Plant] = {}
-    for key, module in papers.PAPERS.items():
-        for make in module.systems().values():
-            system, _ = make()
+    for key, paper in papers.PAPERS.items():
+        for name in paper.experiments:
+            system, _ = paper.make(name)
             reference = system.components.get("plant", "")
             if reference and set(read_description(locate(reference)).base_names("input")) >= PLANT_INPUTS:
                 found.setdefault(key, _plant(key, system, locate))

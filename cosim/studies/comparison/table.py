@@ -1,12 +1,4 @@
-"""Every torque-commanding attitude controller on every attitude plant: one slew, one disturbance, one table.
-
-    vehicles.py   the plants of the papers, each with a cluster that takes a torque command
-    laws.py       the controllers of the papers, and each made to fit a vehicle
-    mission.py    the slew, the disturbance, the start, the thresholds: the same for all
-    flight.py     one cell of the table: its system, and the figures of its run
-
-Gains are not retuned.
-"""
+"""All flights of the comparison, and the table that is made of them."""
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -16,11 +8,12 @@ from typing import Any
 
 from cosim.errors import ResultExists, UnknownName
 from cosim.flights import Locate, Progress, make_folder
-from cosim.studies.compare import mission
-from cosim.studies.compare.flight import COLUMNS, INTERRUPTED, Cell, fly
-from cosim.studies.compare.laws import controllers, fitted
-from cosim.studies.compare.vehicles import plants
-from cosim.system.system import Value
+from cosim.studies import markdown
+from cosim.studies.comparison import mission
+from cosim.studies.comparison.cell import COLUMNS, INTERRUPTED, Cell, fly
+from cosim.studies.comparison.laws import find_controllers, fit
+from cosim.studies.comparison.vehicles import find_plants
+from cosim.system import Value
 
 HEAD = ("plant", "controller", *COLUMNS, "remark")
 Sets = Mapping[str, Mapping[str, Any]]
@@ -57,8 +50,8 @@ def compare(
     if not overwrite and any(file.exists() for file in files):
         raise ResultExists(folder)
     make_folder(folder)
-    rows = _chosen("plant", plants(locate), chosen_plants)
-    columns = _chosen("controller", controllers(locate), chosen_controllers)
+    rows = _chosen("plant", find_plants(locate), chosen_plants)
+    columns = _chosen("controller", find_controllers(locate), chosen_controllers)
     used: dict[str, Mapping[str, Any]] = {p.name: _texts(p.vehicle | p.parameters) for p in rows}
     cells: list[Cell] = []
     pairs = [(plant, controller) for plant in rows for controller in columns]
@@ -66,7 +59,7 @@ def compare(
     for plant, controller in pairs:
         announce(f"{controller.name} on {plant.name}")
         try:
-            law = fitted(controller, plant, locate)
+            law = fit(controller, plant, locate)
             done = fly(plant, law, locate, progress)
         except KeyboardInterrupt:  # while a flight is set up or measured
             complete = False
@@ -80,7 +73,7 @@ def compare(
         )
         cells.append(done)
     clusters = {plant.name: plant.cluster for plant in rows}
-    table.write_text(markdown(cells, clusters), encoding="utf-8")
+    table.write_text(write_markdown(cells, clusters), encoding="utf-8")
     content = {
         "mission": list(mission.WORDS),
         "clusters": clusters,
@@ -93,15 +86,13 @@ def compare(
     return Table(tuple(cells), clusters, used, files, len(pairs), complete)
 
 
-def markdown(cells: Iterable[Cell], clusters: Mapping[str, str]) -> str:
+def write_markdown(cells: Iterable[Cell], clusters: Mapping[str, str]) -> str:
     """Return the mission, the clusters and the table of figures in Markdown."""
     words = [*mission.WORDS, *(f"{name}: {words}" for name, words in clusters.items())]
-    lines = [HEAD, ("---",) * len(HEAD), *map(row, cells)]
-    table = "".join(f"| {' | '.join(cell.replace('|', '/') for cell in line)} |\n" for line in lines)
-    return "".join(f"- {line}\n" for line in words) + "\n" + table
+    return markdown.write_list(words) + "\n" + markdown.write_table(HEAD, map(make_row, cells))
 
 
-def row(cell: Cell) -> tuple[str, ...]:
+def make_row(cell: Cell) -> tuple[str, ...]:
     """Return a cell of the table as a row of texts under HEAD."""
     figures = [f"{cell.figures[c]:.4g}" if c in cell.figures else "" for c in COLUMNS]
     return (cell.plant, cell.controller, *figures, cell.remark)

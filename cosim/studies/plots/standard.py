@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from cosim.arrays import FloatArray
 from cosim.results.result import Result
 from cosim.studies.metrics import attitude_error, first, rotations, series
 from cosim.studies.plots.style import (
@@ -15,7 +16,6 @@ from cosim.studies.plots.style import (
     GREY,
     LINES,
     STYLE,
-    Array,
     fill,
     legend,
     look,
@@ -28,7 +28,7 @@ from cosim.studies.plots.style import (
 NO_LIMIT = 1e9  # N m, a torque limit that stands for none
 
 
-def figures(results: Mapping[str, Result]) -> dict[str, Figure]:
+def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
     """Return the figures that any attitude run has, by file name; runs are named by the keys of `results`."""
     with mpl.rc_context(STYLE):
         drawn = {
@@ -81,7 +81,7 @@ def _attitude(results: Mapping[str, Result]) -> Figure | None:
     return figure
 
 
-def reference_rate(result: Result) -> Array | None:
+def reference_rate(result: Result) -> FloatArray | None:
     """Return the rate of the reference in body axes, rad/s."""
     needed = [series(result, name) for name in ("plant.q_BN", "guidance.q_RN", "guidance.omega_RN_R")]
     body, reference, rate = needed
@@ -148,9 +148,9 @@ def _modes(results: Mapping[str, Result]) -> Figure | None:
     return figure
 
 
-def _degrees(rows: Array | None) -> Array | None:
+def _degrees(rows: FloatArray | None) -> FloatArray | None:
     return None if rows is None else np.degrees(rows)
 
 
-def _columns(rows: Array | None) -> Array | None:
+def _columns(rows: FloatArray | None) -> FloatArray | None:
     return None if rows is None or not rows.size else rows.reshape(len(rows), -1)

@@ -14,10 +14,10 @@ from cosim.flights import Locate, Progress, simulate
 from cosim.masters.explicit import Explicit
 from cosim.results.result import Result
 from cosim.studies import metrics
-from cosim.studies.compare import mission
-from cosim.studies.compare.laws import Controller
-from cosim.studies.compare.vehicles import Plant
-from cosim.system.system import Connection, Experiment, System
+from cosim.studies.comparison import mission
+from cosim.studies.comparison.laws import Controller
+from cosim.studies.comparison.vehicles import Plant
+from cosim.system import Connection, Experiment, System
 from fmus.description.description import ModelDescription
 from fmus.description.read import read_description
 
@@ -41,8 +41,8 @@ class Cell:
     remark: str = ""
 
 
-def cell(plant: Plant, controller: Controller, locate: Locate) -> System:
-    """Return the system of one flight, of a controller that is `fitted` to the plant.
+def make_system(plant: Plant, controller: Controller, locate: Locate) -> System:
+    """Return the system of one flight, of a controller that was made to `fit` the plant.
 
     Raises `WiringErrors` where an input has no source.
     """
@@ -79,7 +79,7 @@ def cell(plant: Plant, controller: Controller, locate: Locate) -> System:
 def _incoming(
     controller: Controller, plant: Plant, fmus: Mapping[str, ModelDescription], served: set[str]
 ) -> list[Connection]:
-    """Connect what controller and observer take to the unit that offers it under its standard name."""
+    """Connect what controller and observer take to the instance that offers it under its standard name."""
     offers: dict[str, str] = {}
     for instance in ("plant", *plant.components, "guidance"):
         offers |= {name: instance for name in fmus[instance].base_names("output") if name != "tau_planned_B"}
@@ -104,7 +104,7 @@ def fly(plant: Plant, controller: Controller, locate: Locate, progress: Progress
         master=Explicit(centred=True),
     )
     try:
-        run = simulate(cell(plant, controller, locate), experiment, locate=locate, progress=progress)
+        run = simulate(make_system(plant, controller, locate), experiment, locate=locate, progress=progress)
     except InitializationFailed as error:
         words = error.messages[-1] if error.messages else error.problem
         return Cell(plant.name, controller.name, {}, f"refuses: {words.partition(': ')[2] or words}")
@@ -113,10 +113,10 @@ def fly(plant: Plant, controller: Controller, locate: Locate, progress: Progress
     except SimulationError as error:
         time = float(error.result.time[-1]) if error.result is not None and len(error.result) else 0.0
         return Cell(plant.name, controller.name, {}, f"ends at {time:.1f} s: {str(error).partition(chr(10))[0]}")
-    return measured(plant.name, controller.name, run)
+    return measure(plant.name, controller.name, run)
 
 
-def measured(plant: str, controller: str, run: Result) -> Cell:
+def measure(plant: str, controller: str, run: Result) -> Cell:
     """Return the figures of a flight; one without figures has a remark: not finished, not settled, out of domain."""
     error = metrics.attitude_error(run)
     if error is None or run.info["status"] != "finished":

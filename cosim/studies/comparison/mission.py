@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from cosim.system.system import Value
+from cosim.system import Value
 
 STOP, STEP, EVERY = 400.0, 1e-3, 10  # s, s, rows: every 10th point
 THRESHOLD = 0.01  # deg, settled below

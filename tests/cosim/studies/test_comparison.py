@@ -12,9 +12,9 @@ from numpy.testing import assert_allclose
 from cosim.cli.library import Library
 from cosim.errors import ResultExists, ResultUnwritable, UnknownName
 from cosim.results.result import Result
-from cosim.studies import compare, papers
-from cosim.studies.compare import flight as flights
-from cosim.studies.compare import laws, mission, vehicles
+from cosim.studies import comparison, papers
+from cosim.studies.comparison import cell as cells
+from cosim.studies.comparison import laws, mission, vehicles
 from cosim.studies.papers.geng2012 import gains
 from cosim.studies.papers.geng2012 import system as geng2012
 from cosim.system.expand import wire
@@ -26,17 +26,17 @@ LOCATE = Library()
 
 @pytest.fixture(scope="module")
 def controllers():
-    return laws.controllers(LOCATE)
+    return laws.find_controllers(LOCATE)
 
 
 @pytest.fixture(scope="module")
 def plants():
-    return vehicles.plants(LOCATE)
+    return vehicles.find_plants(LOCATE)
 
 
 def system(plant, controller):
     """The system of one cell, and its FMUs' descriptions."""
-    found = flights.cell(plant, laws.fitted(controller, plant, LOCATE), LOCATE)
+    found = cells.make_system(plant, laws.fit(controller, plant, LOCATE), LOCATE)
     return found, {name: read_description(LOCATE(reference)) for name, reference in found.components.items()}
 
 
@@ -108,9 +108,9 @@ def test_a_controller_that_knows_modes_is_built_for_those_of_the_vehicle(plants,
 
 def test_a_gain_that_follows_from_the_vehicle_is_designed_for_it(plants, controllers):
     """geng2012's linear-quadratic gain: the paper's numbers on its own vehicle, the rule's on another."""
-    own = laws.fitted(controllers["geng2012-linear"], plants["geng2012"], LOCATE)
+    own = laws.fit(controllers["geng2012-linear"], plants["geng2012"], LOCATE)
     assert own.parameters["controller.G_e"] == gains.GAIN["e"]
-    other = laws.fitted(controllers["geng2012-linear"], plants["xiao2011"], LOCATE)
+    other = laws.fit(controllers["geng2012-linear"], plants["xiao2011"], LOCATE)
     assert np.shape(other.parameters["controller.G_eta"]) == (3, 3)
     assert not np.any(other.parameters["controller.D_eta"])
     assert other.parameters["controller.D_omega"] == gains.SURFACE["omega"]
@@ -118,7 +118,7 @@ def test_a_gain_that_follows_from_the_vehicle_is_designed_for_it(plants, control
 
 def test_the_rule_gives_the_gain_of_the_paper_s_vehicle():
     """GAIN is from another Riccati solver: equal but for the rounding of both."""
-    found = gains.designed(
+    found = gains.design(
         {"J": geng2012.J, "delta": np.transpose(geng2012.F), "Omega": geng2012.OMEGA, "zeta": geng2012.ZETA}
     )
     for name, expected in gains.GAIN.items():
@@ -128,7 +128,7 @@ def test_the_rule_gives_the_gain_of_the_paper_s_vehicle():
 def test_the_gain_of_a_rigid_vehicle_is_that_of_a_double_integrator():
     """Closed form, axis by axis: min of q_e e^2 + q_w w^2 + u^2 for J w' = u has k_e = sqrt(q_e),
     k_w = sqrt(q_w + 2 J k_e)."""
-    found = gains.designed({"J": np.diag([10.0, 100.0, 1000.0])})
+    found = gains.design({"J": np.diag([10.0, 100.0, 1000.0])})
     k_e = np.sqrt(11.2)
     assert_allclose(found["controller.G_e"], -k_e * np.eye(3), atol=1e-9)
     k_w = np.sqrt(390.0 + 2 * np.array([10.0, 100.0, 1000.0]) * k_e)
@@ -136,7 +136,7 @@ def test_the_gain_of_a_rigid_vehicle_is_that_of_a_double_integrator():
 
 
 def test_figures_of_a_run_with_known_error_and_torque():
-    cell = flights.measured("plant", "law", run_of(0.005, 0.02))
+    cell = cells.measure("plant", "law", run_of(0.005, 0.02))
     assert cell.figures["steady error (deg)"] == pytest.approx(0.005, rel=1e-6)
     assert cell.figures["settling time (s)"] == 0.0
     assert cell.figures["peak torque (N.m)"] == pytest.approx(0.02)
@@ -144,17 +144,17 @@ def test_figures_of_a_run_with_known_error_and_torque():
 
 
 def test_a_run_that_does_not_settle_has_no_figures():
-    cell = flights.measured("plant", "law", run_of(1.0))
+    cell = cells.measure("plant", "law", run_of(1.0))
     assert not cell.figures
     assert cell.remark == "does not settle: 1 deg in the last 50 s"
-    assert compare.row(cell)[-1] == cell.remark
+    assert comparison.make_row(cell)[-1] == cell.remark
 
 
 def test_a_controller_that_refuses_its_start_says_why(plants, controllers, monkeypatch):
     monkeypatch.setattr(mission, "START_ERROR", (0.0, 0.0, 0.0))
     monkeypatch.setattr(mission, "STOP", 1.0)
-    law = laws.fitted(controllers["zhang2018-ppatc"], plants["zhang2018"], LOCATE)
-    cell = flights.fly(plants["zhang2018"], law, LOCATE)
+    law = laws.fit(controllers["zhang2018-ppatc"], plants["zhang2018"], LOCATE)
+    cell = cells.fly(plants["zhang2018"], law, LOCATE)
     assert cell.remark.startswith("refuses: the initial")
     assert "overshoot" in cell.remark
 
@@ -170,7 +170,7 @@ def test_a_controller_that_left_its_domain_says_so_instead_of_figures(flag, word
     run = run_of(0.005)
     reported = np.where(run.time >= 50.0, 1.0, 0.0)
     run = Result(run.table.append_column(f"controller.{flag}", pa.array(reported)), {"status": "finished"})
-    cell = flights.measured("plant", "law", run)
+    cell = cells.measure("plant", "law", run)
     assert not cell.figures
     assert cell.remark == f"out of its domain from 50 s: {words}"
 
@@ -178,7 +178,7 @@ def test_a_controller_that_left_its_domain_says_so_instead_of_figures(flag, word
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     folder = tmp_path_factory.mktemp("compare")
-    return compare.compare([], [], folder, LOCATE), folder
+    return comparison.compare([], [], folder, LOCATE), folder
 
 
 @pytest.mark.slow
@@ -229,12 +229,12 @@ def test_ctrl_c_while_a_flight_is_set_up_keeps_the_others(tmp_path, monkeypatch)
 
     def announce(name):
         if name.startswith("xiao2011"):
-            monkeypatch.setattr(compare, "fitted", press)
+            monkeypatch.setattr("cosim.studies.comparison.table.fit", press)
 
     def press(*_arguments):
         raise KeyboardInterrupt
 
-    table = compare.compare(["ye2016"], ["zhang2018-atc", "xiao2011-pid"], tmp_path, LOCATE, None, announce)
+    table = comparison.compare(["ye2016"], ["zhang2018-atc", "xiao2011-pid"], tmp_path, LOCATE, None, announce)
     assert (table.complete, table.planned, len(table.cells)) == (False, 2, 1)
     assert "zhang2018-atc" in (tmp_path / "compare.md").read_text()
 
@@ -242,10 +242,10 @@ def test_ctrl_c_while_a_flight_is_set_up_keeps_the_others(tmp_path, monkeypatch)
 def test_a_table_is_not_overwritten_and_a_file_is_no_folder(tmp_path):
     (tmp_path / "compare.md").write_text("older")
     with pytest.raises(ResultExists):
-        compare.compare([], [], tmp_path, LOCATE)
+        comparison.compare([], [], tmp_path, LOCATE)
     assert (tmp_path / "compare.md").read_text() == "older"
     with pytest.raises(ResultUnwritable, match=r"compare\.md cannot be written: it is a file"):
-        compare.compare([], [], tmp_path / "compare.md", LOCATE)
+        comparison.compare([], [], tmp_path / "compare.md", LOCATE)
 
 
 def test_ctrl_c_ends_the_table_and_keeps_the_flights_that_were_finished(tmp_path, monkeypatch):
@@ -257,7 +257,7 @@ def test_ctrl_c_ends_the_table_and_keeps_the_flights_that_were_finished(tmp_path
 
     announced: list[str] = []
     assert threading.current_thread() is threading.main_thread()
-    table = compare.compare(["ye2016"], ["zhang2018-atc", "xiao2011-pid"], tmp_path, LOCATE, press, announced.append)
+    table = comparison.compare(["ye2016"], ["zhang2018-atc", "xiao2011-pid"], tmp_path, LOCATE, press, announced.append)
     assert not table.complete
     assert [cell.controller for cell in table.cells] == ["zhang2018-atc"]
     assert "zhang2018-atc" in (tmp_path / "compare.md").read_text()
@@ -265,7 +265,7 @@ def test_ctrl_c_ends_the_table_and_keeps_the_flights_that_were_finished(tmp_path
 
 def test_an_unknown_controller_is_answered_with_the_nearest(tmp_path):
     with pytest.raises(UnknownName, match="Did you mean"):
-        compare.compare([], ["zhang2018-act"], tmp_path, LOCATE)
+        comparison.compare([], ["zhang2018-act"], tmp_path, LOCATE)
 
 
 @pytest.mark.slow

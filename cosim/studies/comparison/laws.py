@@ -11,15 +11,15 @@ from typing import Any
 
 from cosim.flights import Locate
 from cosim.studies import papers
-from cosim.studies.compare.vehicles import Plant
-from cosim.studies.papers import geng2012
-from cosim.system.system import Connection
+from cosim.studies.comparison.vehicles import Plant
+from cosim.studies.papers.geng2012 import gains
+from cosim.system import Connection
 from fmus.description.description import ModelDescription
 from fmus.description.names import split_port
 from fmus.description.read import read_description
 
 CONTROLLER_INPUTS = {"q_BN", "omega_BN_B", "q_RN"}
-RULES: Mapping[str, Callable[[Mapping[str, Any]], Mapping[str, Any]]] = {"geng2012": geng2012.designed}
+RULES: Mapping[str, Callable[[Mapping[str, Any]], Mapping[str, Any]]] = {"geng2012": gains.design}
 
 
 @dataclass(frozen=True)
@@ -33,12 +33,12 @@ class Controller:
     parameters: Mapping[str, Any]
 
 
-def controllers(locate: Locate) -> dict[str, Controller]:
+def find_controllers(locate: Locate) -> dict[str, Controller]:
     """Return the torque-commanding attitude controllers, by the first experiment that has each with its parameters."""
     found: dict[str, Controller] = {}
-    for paper, module in papers.PAPERS.items():
-        for name, make in module.systems().items():
-            system, _ = make()
+    for paper in papers.PAPERS.values():
+        for name in paper.experiments:
+            system, _ = paper.make(name)
             reference = system.components.get("controller", "")
             fmu = read_description(locate(reference)) if reference else None
             if fmu is None or "tau_command_B" not in fmu.base_names("output"):
@@ -48,7 +48,7 @@ def controllers(locate: Locate) -> dict[str, Controller]:
             mine = [n for n in ("controller", "observer") if n in system.components]
             new = Controller(
                 name,
-                paper,
+                paper.key,
                 {n: system.components[n] for n in mine},
                 [c for c in system.connections if {split_port(c.source)[0], split_port(c.target)[0]} <= set(mine)],
                 {k: v for k, v in system.parameters.items() if split_port(k)[0] in mine},
@@ -58,7 +58,7 @@ def controllers(locate: Locate) -> dict[str, Controller]:
     return found
 
 
-def fitted(controller: Controller, plant: Plant, locate: Locate) -> Controller:
+def fit(controller: Controller, plant: Plant, locate: Locate) -> Controller:
     """Return a controller for a vehicle: built for its modes, told its parameters, what follows from them derived."""
     own = {name: _sized(reference, plant.modes, locate) for name, reference in controller.components.items()}
     fmus = {name: read_description(locate(reference)) for name, reference in own.items()}
