@@ -1,67 +1,67 @@
 """FMU name -> the component with its structure and start values: what builds, tests and docs iterate.
 
-Importing this builds no CasADi function; calling an entry declares variables only.
+Plain data until an entry is asked for: importing this imports no component and no CasADi, asking for an entry imports
+its module, calling it declares variables only.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from importlib import import_module
+from typing import TYPE_CHECKING
 
-from .actuators.cmg_cluster import CmgCluster
-from .actuators.cmg_steering import CmgSteering
-from .actuators.electrostatic_suspension import ElectrostaticSuspension
-from .actuators.reaction_wheels import ReactionWheels
-from .actuators.thrusters import Thrusters
-from .actuators.weighted_steering import WeightedSteering
-from .controllers.adaptive_l2_gain import AdaptiveL2Gain
-from .controllers.adaptive_tracking import AdaptiveTracking
-from .controllers.drag_free_backstepping import DragFreeBackstepping
-from .controllers.hybrid_adaptive import HybridAdaptive
-from .controllers.integral_sliding_mode import IntegralSlidingMode
-from .controllers.pid import PID
-from .controllers.prescribed_performance import PrescribedPerformance
-from .environment.gravity_gradient import GravityGradient
-from .environment.harmonic_torque import HarmonicTorque
-from .environment.low_orbit import LowOrbit
-from .environment.sum import Sum
-from .estimators.electrostatic_sensor import ElectrostaticSensor
-from .estimators.modal_observer import ModalObserver
-from .estimators.star_tracker_gyro import StarTrackerGyro
-from .framework import Component
-from .guidance.attitude_step import AttitudeStep
-from .guidance.body_rate_sinusoid import BodyRateSinusoid
-from .guidance.euler_sinusoid import EulerSinusoid
-from .guidance.orbit_frame import OrbitFrame
-from .guidance.orbit_frame_from_state import OrbitFrameFromState
-from .guidance.slew import Slew
-from .plants.drag_free_satellite import DragFreeSatellite
-from .plants.flexible_spacecraft import FlexibleSpacecraft
+if TYPE_CHECKING:
+    from .framework import Component
 
-CATALOG: dict[str, Callable[[], Component]] = {
-    "AdaptiveL2Gain": AdaptiveL2Gain,
-    "AdaptiveTracking": AdaptiveTracking,
-    "AttitudeStep": AttitudeStep,
-    "BodyRateSinusoid": BodyRateSinusoid,
-    "CmgCluster": CmgCluster,
-    "CmgSteering": CmgSteering,
-    "DragFreeBackstepping": DragFreeBackstepping,
-    "DragFreeSatellite": DragFreeSatellite,
-    "ElectrostaticSensor": ElectrostaticSensor,
-    "ElectrostaticSuspension": ElectrostaticSuspension,
-    "EulerSinusoid": EulerSinusoid,
-    "FlexibleSpacecraft": FlexibleSpacecraft,
-    "GravityGradient": GravityGradient,
-    "HarmonicTorque": HarmonicTorque,
-    "HybridAdaptive": HybridAdaptive,
-    "IntegralSlidingMode": IntegralSlidingMode,
-    "LowOrbit": LowOrbit,
-    "ModalObserver": ModalObserver,
-    "OrbitFrame": OrbitFrame,
-    "OrbitFrameFromState": OrbitFrameFromState,
-    "PID": PID,
-    "PrescribedPerformance": PrescribedPerformance,
-    "ReactionWheels": ReactionWheels,
-    "Slew": Slew,
-    "StarTrackerGyro": StarTrackerGyro,
-    "Sum": Sum,
-    "Thrusters": Thrusters,
-    "WeightedSteering": WeightedSteering,
+MODULES = {
+    "AdaptiveL2Gain": "components.controllers.adaptive_l2_gain",
+    "AdaptiveTracking": "components.controllers.adaptive_tracking",
+    "AttitudeStep": "components.guidance.attitude_step",
+    "BodyRateSinusoid": "components.guidance.body_rate_sinusoid",
+    "CmgCluster": "components.actuators.cmg_cluster",
+    "CmgSteering": "components.actuators.cmg_steering",
+    "DragFreeBackstepping": "components.controllers.drag_free_backstepping",
+    "DragFreeSatellite": "components.plants.drag_free_satellite",
+    "ElectrostaticSensor": "components.estimators.electrostatic_sensor",
+    "ElectrostaticSuspension": "components.actuators.electrostatic_suspension",
+    "EulerSinusoid": "components.guidance.euler_sinusoid",
+    "FlexibleSpacecraft": "components.plants.flexible_spacecraft",
+    "GravityGradient": "components.environment.gravity_gradient",
+    "HarmonicTorque": "components.environment.harmonic_torque",
+    "HybridAdaptive": "components.controllers.hybrid_adaptive",
+    "IntegralSlidingMode": "components.controllers.integral_sliding_mode",
+    "LowOrbit": "components.environment.low_orbit",
+    "ModalObserver": "components.estimators.modal_observer",
+    "OrbitFrame": "components.guidance.orbit_frame",
+    "OrbitFrameFromState": "components.guidance.orbit_frame_from_state",
+    "PID": "components.controllers.pid",
+    "PrescribedPerformance": "components.controllers.prescribed_performance",
+    "ReactionWheels": "components.actuators.reaction_wheels",
+    "Slew": "components.guidance.slew",
+    "StarTrackerGyro": "components.estimators.star_tracker_gyro",
+    "Sum": "components.environment.sum",
+    "Thrusters": "components.actuators.thrusters",
+    "WeightedSteering": "components.actuators.weighted_steering",
 }
+"""Name of a component, which is that of its class -> its module."""
+
+
+class Catalog(Mapping[str, "Callable[[], Component]"]):
+    """The entries, each imported when it is asked for."""
+
+    def __getitem__(self, name: str) -> "Callable[[], Component]":
+        """Return the component's class."""
+        return getattr(import_module(MODULES[name]), name)
+
+    def __contains__(self, name: object) -> bool:
+        """Whether there is such a component; imports none."""
+        return name in MODULES
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names, in alphabetical order."""
+        return iter(MODULES)
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(MODULES)
+
+
+CATALOG = Catalog()

@@ -38,7 +38,7 @@ from ..framework import (
     not_negative,
     positive,
 )
-from ..framework.ports import IDENTITY
+from ..framework.ports import NO_ROTATION
 from ..mathematics import euler, quaternion
 from ..mathematics.rbf import gaussian
 from ..vehicle import inertia_conditions, quaternion_condition
@@ -82,7 +82,7 @@ class DragFreeBackstepping(Component):
     omega_SN_S = Input(unit="rad/s", shape=(3,), nominal=1e-3, doc="rate of the satellite")
     q_TS = Input(unit="1", shape=(4,), start=drag_free.START_Q_TS, doc="attitude of the test mass to the satellite")
     omega_TS_T = Input(unit="rad/s", shape=(3,), nominal=1e-3, doc="rate of the test mass to the satellite")
-    q_RN = Input(unit="1", shape=(4,), start=IDENTITY, doc="attitude of the reference, scalar first")
+    q_RN = Input(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude of the reference, scalar first")
     omega_RN_R = Input(unit="rad/s", shape=(3,), nominal=1e-3, doc="rate of the reference")
 
     W_1 = State(unit="m/s2", shape=(3, "nodes"), nominal=1e-4, doc="weights of loop 1, a row an axis")

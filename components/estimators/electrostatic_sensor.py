@@ -19,7 +19,7 @@ import casadi as ca
 
 from .. import drag_free
 from ..framework import Component, Condition, Input, Output, Parameter, State, not_negative, positive
-from ..framework.ports import IDENTITY
+from ..framework.ports import NO_ROTATION
 from ..mathematics import quaternion
 from ..mathematics.noise import white
 from ..vehicle import quaternion_condition
@@ -38,7 +38,7 @@ class ElectrostaticSensor(Component):
         unit="1", shape=(4,), start=drag_free.START_Q_TS, doc="attitude of the test mass to the satellite"
     )
     r_seen = State(unit="m", shape=(3,), nominal=1e-3, doc="position measured last")
-    q_seen = State(unit="1", shape=(4,), start=IDENTITY, doc="attitude measured last")
+    q_seen = State(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude measured last")
     r_slow = State(unit="m", shape=(3,), calculated=True, nominal=1e-3, doc="y, filtered position")
     th_slow = State(unit="rad", shape=(3,), calculated=True, nominal=1e-2, doc="filtered rotation vector")
     v_seen = State(unit="m/s", shape=(3,), nominal=1e-4, doc="velocity estimated last")

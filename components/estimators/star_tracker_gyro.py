@@ -15,7 +15,7 @@ from typing import Any
 import casadi as ca
 
 from ..framework import Component, Condition, Input, Output, Parameter, State, not_negative
-from ..framework.ports import IDENTITY
+from ..framework.ports import NO_ROTATION
 from ..mathematics import quaternion
 from ..mathematics.noise import white
 from ..vehicle import quaternion_condition
@@ -28,9 +28,9 @@ class StarTrackerGyro(Component):
     rate_noise = Parameter(unit="rad/s/Hz(1/2)", shape=(3,), start=1e-6, doc="density of the gyro's noise")
     seed = Parameter(unit="1", start=21.0, doc="seed of the noise, a whole number")
 
-    q_BN_true = Input(unit="1", shape=(4,), start=IDENTITY, doc="attitude of the body, scalar first")
+    q_BN_true = Input(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude of the body, scalar first")
     omega_BN_B_true = Input(unit="rad/s", shape=(3,), nominal=1e-3, doc="rate of the body")
-    q_seen = State(unit="1", shape=(4,), start=IDENTITY, doc="attitude measured last")
+    q_seen = State(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude measured last")
     omega_seen = State(unit="rad/s", shape=(3,), nominal=1e-3, doc="rate measured last")
     q_BN = Output(unit="1", shape=(4,), doc="measured attitude of the body, scalar first")
     omega_BN_B = Output(unit="rad/s", shape=(3,), nominal=1e-3, doc="measured rate of the body")

@@ -9,10 +9,10 @@ from typing import Any, ClassVar
 import casadi as ca
 import numpy as np
 
-from .errors import ComponentError, nearest
+from .errors import ComponentError, hint
 from .functions import Functions
 from .units import UNITS
-from .variables import CalculatedParameter, Input, Output, Parameter, State, Variable, resolve
+from .variables import CalculatedParameter, Input, Output, Parameter, State, Variable, settled
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Component:
         if unknown:
             known = [*structural, *declared]
             raise ComponentError(
-                self.name, f"no variable {unknown[0]!r}.{nearest(unknown[0], known)} Variables: {', '.join(known)}."
+                self.name, f"no variable {unknown[0]!r}.{hint(unknown[0], known)} Variables: {', '.join(known)}."
             )
         self._variables = {n: self._resolve(v, values.get(n, v.start)) for n, v in declared.items()}
         self._require_consistency()
@@ -75,10 +75,10 @@ class Component:
     def _resolve(self, variable: Variable, start: Any) -> Variable:
         if variable.unit not in UNITS:
             known = list(UNITS)
-            text = f"{variable.name}: unknown unit {variable.unit!r}.{nearest(variable.unit, known)}"
+            text = f"{variable.name}: unknown unit {variable.unit!r}.{hint(variable.unit, known)}"
             raise ComponentError(self.name, text)
         try:
-            return replace(variable, **resolve(variable, self.structure, start, self))
+            return replace(variable, **settled(variable, self.structure, start, self))
         except (ValueError, TypeError) as error:
             raise ComponentError(self.name, f"{variable.name}: {error}.") from error
 

@@ -11,7 +11,7 @@ class ComponentError(Exception):
         super().__init__(f"{component}: {text}")
 
 
-def nearest(name: str, known: list[str]) -> str:
-    """Return ' Did you mean "x"?' for the nearest known names, or nothing where none is near."""
-    near = get_close_matches(name, known, n=3, cutoff=0.5)
-    return f" Did you mean {' or '.join(repr(n) for n in near)}?" if near else ""
+def hint(name: str, known: list[str]) -> str:
+    """Return " Did you mean 'x'?" for known names that look like a name, "" where none does."""
+    near = get_close_matches(name, known, n=3, cutoff=0.6)
+    return f" Did you mean {' or '.join(map(repr, near))}?" if near else ""

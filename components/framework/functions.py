@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 import numpy as np
 
-from .errors import ComponentError, nearest
+from .errors import ComponentError, hint
 from .integrator import rk4
 from .variables import Variable
 
@@ -26,7 +26,7 @@ class Values(SimpleNamespace):
     def __getattr__(self, name: str) -> Any:
         """Name the nearest variables where one does not exist."""
         known = list(vars(self))
-        raise AttributeError(f"no variable {name!r} here.{nearest(name, known)} There are: {', '.join(known)}")
+        raise AttributeError(f"no variable {name!r} here.{hint(name, known)} There are: {', '.join(known)}")
 
 
 def unflatten(group: Iterable[Variable], vector: Any) -> dict[str, Any]:
@@ -46,7 +46,7 @@ def flatten(component: str, where: str, group: Iterable[Variable], values: dict[
     names = [v.name for v in group]
     extra = [n for n in values if n not in names]
     if extra:
-        raise ComponentError(component, f"{where} returns {extra[0]!r}, which it should not.{nearest(extra[0], names)}")
+        raise ComponentError(component, f"{where} returns {extra[0]!r}, which it should not.{hint(extra[0], names)}")
     columns: list[Any] = []
     for v in group:
         if v.name not in values:

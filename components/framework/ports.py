@@ -7,7 +7,7 @@ itself, e.g. as a state that is an output, with the same unit and shape.
 
 from .variables import Input, Output
 
-IDENTITY = (1.0, 0.0, 0.0, 0.0)  # quaternion of no rotation
+NO_ROTATION = (1.0, 0.0, 0.0, 0.0)  # as a quaternion
 
 
 class AttitudePlant:
@@ -25,9 +25,9 @@ class AttitudePlant:
 class AttitudeController:
     """What a torque-commanding attitude controller takes and shows."""
 
-    q_BN = Input(unit="1", shape=(4,), start=IDENTITY, doc="attitude of the body, scalar first")
+    q_BN = Input(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude of the body, scalar first")
     omega_BN_B = Input(unit="rad/s", shape=(3,), display_unit="deg/s", nominal=1e-2, doc="body rate")
-    q_RN = Input(unit="1", shape=(4,), start=IDENTITY, doc="attitude of the reference, scalar first")
+    q_RN = Input(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude of the reference, scalar first")
     omega_RN_R = Input(unit="rad/s", shape=(3,), display_unit="deg/s", nominal=1e-2, doc="rate of the reference")
     omega_dot_RN_R = Input(unit="rad/s2", shape=(3,), nominal=1e-3, doc="inertial derivative of omega_RN, in R")
     tau_command_B = Output(unit="N.m", shape=(3,), doc="torque wanted on the hub")

@@ -13,8 +13,8 @@ BASE_UNITS = ("kg", "m", "s", "A", "rad")
 
 
 @dataclass(frozen=True)
-class Unit:
-    """Exponents of the SI base units, and the display units (name -> display value per SI value)."""
+class CoherentUnit:
+    """A unit of coherent SI: exponents of the base units, and display units (name -> display value per SI value)."""
 
     exponents: dict[str, Fraction | int]
     display: dict[str, float]
@@ -30,11 +30,11 @@ class Unit:
 DEGREES = 57.29577951308232  # per radian
 
 
-def _unit(display: dict[str, float] | None = None, /, **exponents: Fraction | int) -> Unit:
-    return Unit(exponents, display or {})
+def _unit(display: dict[str, float] | None = None, /, **exponents: Fraction | int) -> CoherentUnit:
+    return CoherentUnit(exponents, display or {})
 
 
-UNITS: dict[str, Unit] = {
+UNITS: dict[str, CoherentUnit] = {
     "1": _unit(),
     "s": _unit(s=1),
     "s2": _unit(s=2),

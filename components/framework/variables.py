@@ -95,7 +95,7 @@ def expand(value: Any, shape: tuple[int, ...]) -> np.ndarray:
     return np.full(shape, float(array))
 
 
-def resolve(variable: Variable, structure: dict[str, Any], start: Any, component: Any) -> dict[str, Any]:
+def settled(variable: Variable, structure: dict[str, Any], start: Any, component: Any) -> dict[str, Any]:
     """Return the shape in numbers and the start value as an array, for dataclasses.replace."""
     unknown = [n for n in variable.shape if isinstance(n, str) and n not in structure]
     if unknown:

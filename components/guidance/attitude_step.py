@@ -15,7 +15,7 @@ from typing import Any
 import casadi as ca
 
 from ..framework import Component, Condition, Guidance, Parameter
-from ..framework.ports import IDENTITY
+from ..framework.ports import NO_ROTATION
 from ..mathematics import quaternion
 from ..vehicle import DEGREE, quaternion_condition
 
@@ -23,7 +23,7 @@ from ..vehicle import DEGREE, quaternion_condition
 class AttitudeStep(Component):
     ports = Guidance
 
-    q_start = Parameter(unit="1", shape=(4,), start=IDENTITY, doc="attitude before the step, scalar first")
+    q_start = Parameter(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude before the step, scalar first")
     axis = Parameter(unit="1", shape=(3,), start=(0, 1, 0), doc="axis of the turn, unit vector in R")
     angle = Parameter(unit="rad", start=60 * DEGREE, display_unit="deg", doc="angle of the turn")
     step_time = Parameter(unit="s", doc="time of the step")

@@ -18,7 +18,7 @@ import numpy as np
 
 from .. import vehicle
 from ..framework import Component, Condition, Guidance, Parameter, State
-from ..framework.ports import IDENTITY
+from ..framework.ports import NO_ROTATION
 from ..mathematics import quaternion
 
 
@@ -37,7 +37,7 @@ class BodyRateSinusoid(Component):
     phase = Parameter(unit="rad", shape=(3,), display_unit="deg", doc="phase at t = 0 of the rate about x, y, z")
     bias = Parameter(unit="rad/s", shape=(3,), display_unit="deg/s", doc="mean rate about x, y, z")
 
-    q_RN = State(unit="1", shape=(4,), start=IDENTITY, output=True, doc="attitude of the reference, scalar first")
+    q_RN = State(unit="1", shape=(4,), start=NO_ROTATION, output=True, doc="attitude of the reference, scalar first")
 
     def derivatives(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         return {"q_RN": quaternion.rate(x.q_RN, self._rate(t, p))}  # (3)

@@ -19,7 +19,7 @@ from typing import Any
 import casadi as ca
 
 from ..framework import Component, Condition, Guidance, Output, Parameter, flag_conditions
-from ..framework.ports import IDENTITY
+from ..framework.ports import NO_ROTATION
 from ..mathematics import quaternion
 from ..vehicle import DEGREE
 from .attitude_step import turn_conditions
@@ -28,7 +28,7 @@ from .attitude_step import turn_conditions
 class Slew(Component):
     ports = Guidance
 
-    q_start = Parameter(unit="1", shape=(4,), start=IDENTITY, doc="attitude before the turn, scalar first")
+    q_start = Parameter(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude before the turn, scalar first")
     axis = Parameter(unit="1", shape=(3,), start=(0, 1, 0), doc="axis of the turn, unit vector in R")
     angle = Parameter(unit="rad", start=60 * DEGREE, display_unit="deg", doc="angle of the turn")
     start_time = Parameter(unit="s", doc="time at which the turn begins")

@@ -140,8 +140,8 @@ ERRORS = {
     "structure bool": (lambda: Lag(n=True), "Lag: structural parameter n = True is not a whole number >= 0."),
     "structure float": (lambda: Lag(n=2.0), "Lag: structural parameter n = 2.0 is not a whole number >= 0."),
     "unknown name": (
-        lambda: Lag(Tee=1),
-        "Lag: no variable 'Tee'. Did you mean 'T'? Variables: n, K, T, rate, u, x, y, w.",
+        lambda: Lag(TT=1),
+        "Lag: no variable 'TT'. Did you mean 'T'? Variables: n, K, T, rate, u, x, y, w.",
     ),
     "wrong shape": (lambda: Lag(u=[1, 2]), "Lag: u: start value has shape (2,), declared shape is (3,)."),
     "no number": (lambda: Lag(T="fast"), "Lag: T: could not convert string to float: 'fast'."),
