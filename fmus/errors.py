@@ -1,5 +1,7 @@
 """What can go wrong when an FMU is built."""
 
+from pathlib import Path
+
 
 class BuildError(Exception):
     """An FMU cannot be built; the text says what, where and what to do."""
@@ -23,6 +25,14 @@ class CompileFailed(BuildError):
     def __init__(self, command: list[str], output: str):
         self.command, self.output = command, output
         super().__init__(f"the compiler failed: {' '.join(command)}\n{output.strip()}")
+
+
+class PlaceUnusable(BuildError):
+    """The folder for what is built cannot be used; fields: folder, reason, way_out."""
+
+    def __init__(self, folder: Path, reason: str, way_out: str):
+        self.folder, self.reason, self.way_out = folder, reason, way_out
+        super().__init__(f"{folder} cannot hold what is built: {reason}. {way_out}")
 
 
 class ComponentFailed(BuildError):

@@ -17,6 +17,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from fmus import places
 from fmus.errors import BuildError, CompileFailed, NoCompiler
 
 HOST, ALL = "host", "all"
@@ -125,20 +126,11 @@ def _zig() -> list[str]:
     return [sys.executable, "-m", "ziglang", "cc"]
 
 
-def _cache_folder() -> Path:
-    """Return this user's folder for what a compiler keeps between runs."""
-    if os.name == "nt":
-        base = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
-    elif sys.platform == "darwin":
-        base = Path.home() / "Library" / "Caches"
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return base / "adcs-cosim" / "zig"
-
-
 def _run(arguments: list[str], folder: Path) -> None:
-    cache = str(_cache_folder())
-    environment = {"ZIG_GLOBAL_CACHE_DIR": cache, "ZIG_LOCAL_CACHE_DIR": cache, **os.environ}
+    environment = dict(os.environ)
+    if any("zig" in word for word in arguments[:3]):  # it keeps the C library that it has compiled
+        kept = str(places.cache() / "zig")
+        environment = {"ZIG_GLOBAL_CACHE_DIR": kept, "ZIG_LOCAL_CACHE_DIR": kept, **environment}
     done = subprocess.run(
         arguments, cwd=folder, env=environment, capture_output=True, text=True, errors="replace", check=False
     )

@@ -27,9 +27,9 @@ class UnknownName(SimulationError):
     def __str__(self) -> str:
         """Name, place, the nearest names, what there is."""
         close = nearest(self.name, self.available)
-        hint = f" Did you mean {' or '.join(repr_name(n) for n in close)}?" if close else ""
+        meant = f" Did you mean {' or '.join(repr_name(n) for n in close)}?" if close else ""
         listed = ", ".join(self.available) if self.available else "nothing"
-        return f'unknown {self.kind} "{self.name}" in {self.where}.{hint} There: {listed}.'
+        return f'unknown {self.kind} "{self.name}" in {self.where}.{meant} There: {listed}.'
 
 
 @dataclass(eq=False)
