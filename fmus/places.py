@@ -70,7 +70,7 @@ def cache() -> Path:
 
 def kernel() -> Path:
     """Return the folder of compiled kernels, made."""
-    return _made(cache() / "kernel")
+    return made(cache() / "kernel")
 
 
 def extracted() -> Path:
@@ -82,7 +82,16 @@ def extracted() -> Path:
     with _turn:
         folder = _own.get((os.getpid(), place))
         if folder is None or not folder.is_dir():
-            folder = _own[os.getpid(), place] = _of_this_process(_made(place / "extracted"))
+            folder = _own[os.getpid(), place] = _of_this_process(made(place / "extracted"))
+    return folder
+
+
+def made(folder: Path) -> Path:
+    """Make a folder, and those above it, for this user alone; return it."""
+    if not folder.is_dir():
+        if folder.parent != folder:
+            made(folder.parent)
+        folder.mkdir(mode=0o700, exist_ok=True)
     return folder
 
 
@@ -109,21 +118,12 @@ def _default_or_temporary() -> Path:
     return _instead(str(folder), problem) if problem else folder
 
 
-def _made(folder: Path) -> Path:
-    """Make a folder, and those above it, for this user alone."""
-    if not folder.is_dir():
-        if folder.parent != folder:
-            _made(folder.parent)
-        folder.mkdir(mode=0o700, exist_ok=True)
-    return folder
-
-
 def _problem(folder: Path) -> str:
     """Make a folder and try whether it can be written, once; return what is wrong, "" if nothing is."""
     if folder in _usable and folder.is_dir():
         return ""
     try:
-        with tempfile.TemporaryFile(dir=_made(folder), prefix=".trial-"):
+        with tempfile.TemporaryFile(dir=made(folder), prefix=".trial-"):
             _usable.add(folder)
         return ""
     except OSError as error:

@@ -1,8 +1,6 @@
-"""Where FMUs come from: a file as it is, or a component by name, built when it is missing or out of date.
+"""Where FMUs come from: a file as it is, or a component by name, built when it is missing or out of date."""
 
-With masters/kernel one of the two places of this package that reach into `fmus`; components are never imported.
-"""
-
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,14 +10,16 @@ from fmus.export.build import build_reference
 
 
 class Library:
-    """Locates FMUs for one preference of back end; `notes` are lines that a user should see once.
+    """Locates FMUs for one preference of back end; `note` is told lines that a user should see once.
 
-    A Python-only component is always built by the python back end; without a C compiler every component is.
+    A Python-only component is always built by the python back end; without a C compiler every component is. Threads may
+    share a library: an FMU that two of them ask for is built once.
     """
 
     def __init__(self, backend: str = "native", note: Callable[[str], None] | None = None) -> None:
         self.backend = backend
         self._note = note or (lambda _line: None)
+        self._turn = threading.Lock()
 
     def __call__(self, reference: str) -> Path:
         """Return the FMU of a reference: FILE.fmu, NAME or FILE.py:Class, the latter two with :modes=6 or the like.
@@ -34,9 +34,15 @@ class Library:
         try:
             return self._build(reference)
         except NoCompiler as error:
-            self.backend = "python"
-            self._note(f"{error} Until then: python back end.")
+            self._do_without_compiler(error)
             return self._build(reference)
+
+    def _do_without_compiler(self, error: NoCompiler) -> None:
+        """Take the python back end from now on; the first thread that finds out tells."""
+        with self._turn:
+            if self.backend != "python":
+                self.backend = "python"
+                self._note(f"{error} Until then: python back end.")
 
     def _build(self, reference: str) -> Path:
         return build_reference(reference, self.backend, announce=self._note)

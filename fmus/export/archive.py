@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import threading
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -21,7 +22,7 @@ def guid_of(backend: str, description: bytes, files: Mapping[str, bytes]) -> str
 def write_fmu(path: Path, files: Mapping[str, bytes]) -> Path:
     """Write the files (POSIX paths) with fixed dates and modes; the FMU appears whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.{os.getpid()}")
+    part = path.with_name(f".{path.name}.{os.getpid()}-{threading.get_ident()}")
     with zipfile.ZipFile(part, "w") as archive:
         for name, data in files.items():
             entry = zipfile.ZipInfo(name, EPOCH)

@@ -4,7 +4,6 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
-from components.framework.errors import ComponentError
 from fmus.errors import BuildError, ComponentFailed
 from fmus.export.source_loader import told
 
@@ -16,9 +15,11 @@ def blamed(folder: Path | None) -> Generator[None]:
         yield
     except BuildError:
         raise
-    except ComponentError as error:
-        raise ComponentFailed(str(error)) from error
     except Exception as error:
+        from components.framework.errors import ComponentError
+
+        if isinstance(error, ComponentError):
+            raise ComponentFailed(str(error)) from error
         text = None if folder is None else told(error, folder)
         if text is None:
             raise

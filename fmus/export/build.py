@@ -1,102 +1,107 @@
-"""Build what is missing or out of date: component references -> fmus/build/<backend>/NAME.fmu.
+"""Build what is missing or out of date: component references -> NAME.fmu in the user's cache.
 
-An FMU is up to date while the key beside it is the hash of everything that it was made from: the component's source
-files, this package, the libraries' versions, the compiler. Finding that out reads files and builds no function.
+An FMU is up to date while its key (keys.py) is that of what it would be made from now. Finding that out reads files;
+CasADi, the components and the back ends are imported when something is built.
 """
 
+import ast
 import hashlib
+import json
 import os
 import sys
+import tempfile
+import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from importlib.metadata import version
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from components.catalog import CATALOG
-from components.framework import Component
+from components.catalog import CATALOG, MODULES
+from fmus import places
 from fmus.errors import BuildError
 from fmus.export import references
-from fmus.export.blame import blamed
-from fmus.export.native.native_fmu import build_native
-from fmus.export.python.python_fmu import build_python, sources_of_component
-from fmus.export.sources import OURS
-from fmus.toolchain import compiler_name
+from fmus.export.keys import key_of
+from fmus.export.references import Reference
+from fmus.export.sources import content, sources_of
+
+if TYPE_CHECKING:
+    from components.framework import Component
 
 BACKENDS = ("native", "python")
-HERE = Path(__file__).parent
-IMPORTED = {file: file.read_bytes() for file in [*OURS["components"].rglob("*.py"), *OURS["fmus"].rglob("*.py")]}
-"""Our modules as this process imported them: what it builds is made of these, however they are edited meanwhile."""
 
 
 def build(
-    component: Component, path: Path | str, backend: str = "native", platforms: Sequence[str] = ("host",)
+    component: "Component", path: Path | str, backend: str = "native", platforms: Sequence[str] = ("host",)
 ) -> Path:
     """Write an FMU of a component, from whatever folder its class lives in, and return its path.
 
     backend: "native" (C, no Python on the target) or "python" (carries the source, editable). Raises BuildError.
     """
-    target = Path(path)
+    from fmus.export.blame import blamed
+    from fmus.export.native.native_fmu import build_native
+    from fmus.export.python.python_fmu import build_python
+
     if backend not in BACKENDS:
         raise BuildError(f"unknown back end {backend!r}. Back ends: {', '.join(BACKENDS)}.")
     with blamed(_users_folder(component)):
         if backend == "python":
-            return build_python(component, target)
-        return build_native(component, target, platforms=platforms)
+            return build_python(component, Path(path))
+        return build_native(component, Path(path), platforms=platforms)
 
 
-def _users_folder(component: Component) -> Path | None:
+def _users_folder(component: "Component") -> Path | None:
     """Return the folder of a component that is not ours."""
     module = sys.modules[type(component).__module__]
     ours = type(component).__module__.partition(".")[0] == "components"
     return None if ours or not module.__file__ else Path(module.__file__).resolve().parent
 
 
-def build_folder() -> Path:
-    """Return where FMUs are kept: $ADCS_BUILD, else beside this package if that can be written, else a cache folder."""
-    chosen = os.environ.get("ADCS_BUILD")
-    if chosen:
-        return Path(chosen)
-    if os.access(HERE, os.W_OK):
-        return HERE / "build"
-    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "adcs-cosim"
+# ---- what is kept ----------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class _Order:
-    """What is to be built where; `key` is the hash of all that it is made from."""
+    """An FMU that is wanted in the cache; values: start values to build in."""
 
-    component: Component
+    reference: Reference
+    name: str
     backend: str
-    path: Path
-    key: str
+    platforms: tuple[str, ...]
+    values: Mapping[str, Any] | None
 
     @property
-    def key_file(self) -> Path:
-        return self.path.with_name(f".{self.path.name}.key")
+    def path(self) -> Path:
+        """Where it is kept; users' files of the same name do not share a folder."""
+        shelf, file = places.cache() / self.backend, self.reference.file
+        if file is not None:
+            shelf /= f"{file.stem}-{hashlib.sha256(str(file.resolve()).encode()).hexdigest()[:10]}"
+        return shelf / f"{self.name}.fmu"
 
     @property
-    def up_to_date(self) -> bool:
-        return self.path.is_file() and self.key_file.is_file() and self.key_file.read_text() == self.key
+    def key(self) -> str:
+        """The hash of all that the FMU would be made from."""
+        return key_of(self.reference, self.name, self.backend, self.platforms, self.values)
+
+    def is_up_to_date(self, python_only: bool) -> bool:
+        """Whether the FMU that is kept is the one that would be built; python_only: and there is no native one."""
+        path = self.path
+        if not path.is_file() or not _note_file(path).is_file():
+            return False
+        notes = [_note(path, self.key, only) for only in ((True,) if python_only else (True, False))]
+        return _note_file(path).read_text() in notes
 
 
-def _order(
-    reference: str,
-    backend: str,
-    platforms: Sequence[str],
-    folder: Path | None,
-    values: Mapping[str, Any] | None,
-    name: str | None,
-) -> _Order:
-    parsed = references.parse(reference)
-    component = parsed.component()
-    if values:
-        component = type(component)(**(component.given | dict(values)))
-    if component.python_only:
-        backend = "python"
-    place = folder if folder is not None else _shelf(backend, parsed)
-    path = place / f"{name or parsed.model_name}.fmu"
-    return _Order(component, backend, path, _key(component, backend, platforms, path.stem))
+def _note_file(fmu: Path) -> Path:
+    return fmu.with_name(f".{fmu.name}.key")
+
+
+def _note(fmu: Path, key: str, python_only: bool) -> str:
+    """Return what is noted beside an FMU: its key, which file that is of, whether there can be no native one."""
+    stamp = fmu.stat()
+    return json.dumps([key, stamp.st_size, stamp.st_mtime_ns, python_only])
+
+
+_building: dict[Path, threading.Lock] = {}
 
 
 def build_reference(
@@ -108,21 +113,59 @@ def build_reference(
     name: str | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Path:
-    """Return the FMU of a component reference, built only if it is missing or out of date.
+    """Return the FMU of a component reference, built only if it is missing or out of date. Threads may share it.
 
-    folder: where to put it instead of build_folder()/backend; there it is always built, and nothing is kept beside it.
+    folder: where to put it instead of the cache; there it is always built, and nothing is kept beside it.
     values: start values to build in, by variable name. name: the FMU's name (default: the component's, with its
     structure). A Python-only component takes the python back end. announce is told what will be built, before it is.
     """
-    order = _order(reference, backend, platforms, folder, values, name)
-    kept = folder is None
-    if not (kept and order.up_to_date):
-        if announce is not None:
-            announce(f"building {order.path.stem} ({order.backend})")
-        build(order.component, order.path, order.backend, platforms)
-        if kept:
-            order.key_file.write_text(order.key)
-    return order.path
+    if backend not in BACKENDS:
+        raise BuildError(f"unknown back end {backend!r}. Back ends: {', '.join(BACKENDS)}.")
+    parsed = references.parse(reference)
+    order = _Order(parsed, name or parsed.model_name, backend, tuple(platforms), values)
+    if folder is not None:
+        component, order = _component(order)
+        target = folder / f"{order.name}.fmu"
+        _announce(order, announce)
+        return build(component, target, order.backend, platforms)
+    with _building.setdefault(order.path, threading.Lock()):
+        kept = _kept(order)
+        return kept if kept is not None else _build_and_keep(order, announce)
+
+
+def _kept(order: _Order) -> Path | None:
+    """Return the FMU if it is there and up to date: of the back end asked for, or of the only one that there is."""
+    for choice in (order, replace(order, backend="python")):
+        if choice.is_up_to_date(python_only=choice.backend != order.backend):
+            return choice.path
+    return None
+
+
+def _component(order: _Order) -> "tuple[Component, _Order]":
+    """Return the component of an order, and the order with the back end that it can have."""
+    component = order.reference.component()
+    if order.values:
+        component = type(component)(**(component.given | dict(order.values)))
+    return component, replace(order, backend="python" if component.python_only else order.backend)
+
+
+def _announce(order: _Order, announce: Callable[[str], None] | None) -> None:
+    if announce is not None:
+        announce(f"building {order.name} ({order.backend})")
+
+
+def _build_and_keep(order: _Order, announce: Callable[[str], None] | None) -> Path:
+    keys = {b: replace(order, backend=b).key for b in BACKENDS}  # before the import: of what is there now, or older
+    component, order = _component(order)
+    path = order.path
+    _announce(order, announce)
+    with tempfile.TemporaryDirectory(dir=places.made(path.parent), prefix=".build-") as place:  # nobody else's
+        made = build(component, Path(place) / path.name, order.backend, order.platforms)
+        note = Path(place) / "note"
+        note.write_text(_note(made, keys[order.backend], component.python_only))
+        os.replace(made, path)
+        os.replace(note, _note_file(path))
+    return path
 
 
 def build_all(backends: Iterable[str] = ("native",), platforms: Sequence[str] = ("host",)) -> list[Path]:
@@ -130,25 +173,7 @@ def build_all(backends: Iterable[str] = ("native",), platforms: Sequence[str] = 
     return [build_reference(name, backend, platforms) for backend in backends for name in CATALOG]
 
 
-def _shelf(backend: str, parsed: references.Reference) -> Path:
-    """Return the folder of an FMU; users' files of the same name do not share one."""
-    shelf = build_folder() / backend
-    if parsed.file is None:
-        return shelf
-    return shelf / f"{parsed.file.stem}-{hashlib.sha256(str(parsed.file.resolve()).encode()).hexdigest()[:10]}"
-
-
-def _key(component: Component, backend: str, platforms: Sequence[str], name: str) -> str:
-    digest = hashlib.sha256()
-    libraries = [f"{n} {version(n)}" for n in ("casadi", "pythonfmu", "fmpy")]
-    tool = compiler_name() if backend == "native" else ""
-    digest.update(
-        repr([backend, list(platforms), name, type(component).__name__, component.given, libraries, tool]).encode()
-    )
-    own = [*OURS["fmus"].rglob("*.py"), *OURS["fmus"].rglob("*.c")]
-    for file in [*sorted(sources_of_component(component).files.values()), *sorted(own)]:
-        digest.update(IMPORTED.get(file) or file.read_bytes())
-    return digest.hexdigest()
+# ---- what there is ---------------------------------------------------------------------------------------------
 
 
 def is_component(reference: str) -> bool:
@@ -158,10 +183,12 @@ def is_component(reference: str) -> bool:
 
 
 def component_docs() -> dict[str, str]:
-    """Return catalog name -> first line of what the component's module says about it."""
+    """Return catalog name -> first line of what the component's class, or else its module, says about it."""
     docs: dict[str, str] = {}
-    for name, factory in CATALOG.items():
-        cls = type(factory())
-        text = cls.__doc__ or sys.modules[cls.__module__].__doc__ or ""
-        docs[name] = text.strip().partition("\n")[0]
+    for name, module in MODULES.items():
+        sources = sources_of(module)
+        tree = ast.parse(content(sources.files[f"{module.replace('.', '/')}.py"]))
+        classes = [node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == name]
+        text = next((doc for node in (*classes, tree) if (doc := ast.get_docstring(node))), "")
+        docs[name] = text.partition("\n")[0]
     return docs

@@ -5,7 +5,7 @@ is what modelDescription.xml says; so it needs neither lxml nor fmpy.
 """
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 from typing import Any, Literal
 
@@ -171,7 +171,7 @@ def _derivatives(part: Component, regions: Regions, names: list[str]) -> dict[st
 
 def _initial_unknowns(part: Component, regions: Regions, names: list[str]) -> dict[str, tuple[str, ...] | None]:
     """Return unknowns of initialization mode, with the settable states, inputs and parameters that they depend on."""
-    rows: dict[str, Rows]
+    rows: Mapping[str, Rows]
     if isinstance(part, PythonComponent):
         every = {"x": list(range(regions.size["x"])), "p": list(range(regions.size["p"]))}
         rows = {"y": [row | every for row in _declared_rows(part)]}

@@ -2,16 +2,20 @@
 
 import inspect
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from components.catalog import CATALOG
-from components.framework import Component
-from components.framework.errors import nearest
+from components.catalog import CATALOG, MODULES
+from fmus.description.names import nearest
 from fmus.errors import UnknownComponent
 from fmus.export.blame import blamed
 from fmus.export.source_loader import import_from
-from fmus.export.sources import sources_of
+from fmus.export.sources import Sources, sources_of
+
+if TYPE_CHECKING:
+    from components.framework import Component
 
 
 @dataclass(frozen=True)
@@ -28,18 +32,27 @@ class Reference:
         """The FMU's name: the component's, with its structure where that was given."""
         return self.name + "".join(f"_{key}{value}" for key, value in self.structure)
 
-    def component(self) -> Component:
-        """Return the component; no CasADi function is built."""
+    def sources(self) -> Sources:
+        """Return the source files of the component; nothing is imported. Raises UnknownComponent."""
+        if self.file is not None:
+            return _sources_of_file(self.file)
+        self._require_entry()
+        return sources_of(MODULES[self.name])
+
+    def component(self) -> "Component":
+        """Return the component; no CasADi function is built. Raises UnknownComponent, ComponentFailed."""
         if self.file is not None:
             make = _class_of(self.file, self.name)
-        elif self.name in CATALOG:
-            make = CATALOG[self.name]
         else:
-            known = sorted(CATALOG)
-            text = f"unknown component {self.name!r}.{nearest(self.name, known)} Components: {', '.join(known)}."
-            raise UnknownComponent(self.name, text)
+            self._require_entry()
+            make = CATALOG[self.name]
         with blamed(self.file and self.file.resolve().parent):
             return make().variant(**dict(self.structure)) if self.structure else make()
+
+    def _require_entry(self) -> None:
+        if self.name not in CATALOG:
+            text = f"unknown component {self.name!r}.{_hint(self.name, CATALOG)} Components: {', '.join(CATALOG)}."
+            raise UnknownComponent(self.name, text)
 
 
 def parse(text: str) -> Reference:
@@ -58,24 +71,37 @@ def parse(text: str) -> Reference:
     return Reference(text, file, name, tuple(structure))
 
 
-def _classes(file: Path) -> dict[str, type[Component]]:
-    """Return the component classes that a file defines itself."""
+def _hint(name: str, known: Iterable[str]) -> str:
+    near = nearest(name, known)
+    return f" Did you mean {' or '.join(map(repr, near))}?" if near else ""
+
+
+def _sources_of_file(file: Path) -> Sources:
+    """Return a user's file with what it imports; a mistake in its syntax is told as such."""
     if not file.is_file():
         raise UnknownComponent(str(file), f"there is no file {file}.")
     path = file.resolve()
     with blamed(path.parent):
-        sources = sources_of(path.stem, path.parent)
+        return sources_of(path.stem, path.parent)
+
+
+def _classes(file: Path) -> "dict[str, type[Component]]":
+    """Return the component classes that a file defines itself."""
+    from components.framework import Component
+
+    sources, path = _sources_of_file(file), file.resolve()
+    with blamed(path.parent):
         ours = {name for name, origin in sources.files.items() if origin.is_relative_to(path.parent)}
         module = import_from(path.parent, ours, path.stem)
     members = inspect.getmembers(module, inspect.isclass)
     return {n: c for n, c in members if issubclass(c, Component) and c.__module__ == module.__name__}
 
 
-def _class_of(file: Path, name: str) -> type[Component]:
+def _class_of(file: Path, name: str) -> "type[Component]":
     classes = _classes(file)
     if name not in classes:
         there = ", ".join(classes) or "none"
-        text = f"{file} defines no component {name!r}.{nearest(name, list(classes))} Components in it: {there}."
+        text = f"{file} defines no component {name!r}.{_hint(name, classes)} Components in it: {there}."
         raise UnknownComponent(name, text)
     return classes[name]
 

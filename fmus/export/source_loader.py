@@ -14,6 +14,7 @@ import importlib
 import importlib.abc
 import importlib.util
 import sys
+import threading
 import traceback
 from collections.abc import Iterable
 from importlib.machinery import ModuleSpec
@@ -37,8 +38,7 @@ def import_from(root: Path, files: Iterable[str], module: str) -> ModuleType:
     """Import a module of the folder `root` that consists of `files`, under a package name hashed from them."""
     files = frozenset(files)
     package = f"{PREFIX}{content_hash(root, files)[:16]}"
-    if not any(isinstance(f, _Finder) and f.package == package for f in sys.meta_path):
-        sys.meta_path.insert(0, _Finder(root, files, package))
+    _FINDER.know(package, _Folder(root, files))
     return importlib.import_module(f"{package}.{module}")
 
 
@@ -67,37 +67,57 @@ def _place(file: str, module: str, folder: Path) -> str:
     return Path(file).relative_to(folder).as_posix() if Path(file).is_relative_to(folder) else ""
 
 
-class _Finder(importlib.abc.MetaPathFinder):
-    def __init__(self, root: Path, files: frozenset[str], package: str):
-        self.root, self.files, self.package = root, files, package
+class _Folder:
+    """A folder of sources: its path, its files, the names that modules in it can begin with."""
+
+    def __init__(self, root: Path, files: frozenset[str]):
+        self.root, self.files = root, files
         self.top_level = {f.partition("/")[0].removesuffix(".py") for f in files}
 
+
+class _Finder(importlib.abc.MetaPathFinder):
+    """The one finder of this loader: package -> the folder where its content was seen last."""
+
+    def __init__(self) -> None:
+        self._folders: dict[str, _Folder] = {}
+        self._turn = threading.Lock()
+
+    def know(self, package: str, folder: _Folder) -> None:
+        """Find a package in a folder from now on."""
+        with self._turn:
+            self._folders[package] = folder
+            if self not in sys.meta_path:
+                sys.meta_path.insert(0, self)
+
     def find_spec(self, fullname: str, path: object = None, target: object = None) -> ModuleSpec | None:
-        if fullname.partition(".")[0] != self.package:
+        package, _, module = fullname.partition(".")
+        found = self._folders.get(package)
+        if found is None:
             return None
-        inside = "/".join(fullname.split(".")[1:])
+        inside = module.replace(".", "/")
         folder = f"{inside}/" if inside else ""
         for name, is_package in ((f"{inside}.py", False), (f"{folder}__init__.py", True)):
-            if name in self.files:
-                loader = _Loader(self, self.root / name)
-                spec = importlib.util.spec_from_loader(
-                    fullname, loader, origin=str(self.root / name), is_package=is_package
-                )
+            if name in found.files:
+                loader = _Loader(package, found, found.root / name)
+                spec = importlib.util.spec_from_loader(fullname, loader, origin=str(loader.path), is_package=is_package)
                 break
         else:
-            if not any(f.startswith(folder) for f in self.files):
+            if not any(f.startswith(folder) for f in found.files):
                 return None
             spec = ModuleSpec(fullname, None, is_package=True)
         if spec is not None and spec.submodule_search_locations is not None:
-            spec.submodule_search_locations.append(str(self.root / inside))
+            spec.submodule_search_locations.append(str(found.root / inside))
         return spec
+
+
+_FINDER = _Finder()
 
 
 class _Loader(importlib.abc.Loader):
     """Compile a file with its imports renamed; no byte code is cached, since it would hold the package's old name."""
 
-    def __init__(self, finder: _Finder, path: Path):
-        self.finder, self.path = finder, path
+    def __init__(self, package: str, folder: _Folder, path: Path):
+        self.package, self.folder, self.path = package, folder, path
 
     def create_module(self, spec: ModuleSpec) -> ModuleType | None:
         return None
@@ -105,20 +125,20 @@ class _Loader(importlib.abc.Loader):
     def exec_module(self, module: ModuleType) -> None:
         module.__file__ = str(self.path)
         tree = ast.parse(self.path.read_text(encoding="utf-8"), filename=str(self.path))
-        tree = ast.fix_missing_locations(_Rename(self.finder).visit(tree))
+        tree = ast.fix_missing_locations(_Rename(self.package, self.folder.top_level).visit(tree))
         exec(compile(tree, str(self.path), "exec"), module.__dict__)
 
 
 class _Rename(ast.NodeTransformer):
-    def __init__(self, finder: _Finder):
-        self.finder = finder
+    def __init__(self, package: str, top_level: set[str]):
+        self.package, self.top_level = package, top_level
 
     def _inside(self, name: str) -> bool:
-        return name.partition(".")[0] in self.finder.top_level
+        return name.partition(".")[0] in self.top_level
 
     def visit_ImportFrom(self, node: ast.ImportFrom) -> ast.AST:
         if node.level == 0 and node.module and self._inside(node.module):
-            node.module = f"{self.finder.package}.{node.module}"
+            node.module = f"{self.package}.{node.module}"
         return node
 
     def visit_Import(self, node: ast.Import) -> list[ast.AST]:
@@ -128,8 +148,8 @@ class _Rename(ast.NodeTransformer):
             if not self._inside(alias.name):
                 statements.append(ast.Import([alias]))
                 continue
-            renamed = f"{self.finder.package}.{alias.name}"
-            top = renamed if alias.asname else f"{self.finder.package}.{alias.name.partition('.')[0]}"
+            renamed = f"{self.package}.{alias.name}"
+            top = renamed if alias.asname else f"{self.package}.{alias.name.partition('.')[0]}"
             bound = alias.asname or alias.name.partition(".")[0]
             statements.append(ast.Import([ast.alias(renamed)]))
             statements.append(ast.Import([ast.alias(top, bound)]))

@@ -1,6 +1,12 @@
-"""Which source files a component consists of: the modules that its module imports, and those that they import."""
+"""Which source files a component consists of: the modules that its module imports, and those that they import.
+
+Found by reading, so that nothing needs to be imported. Our own files are read once, when this module is imported: what
+this process builds is made of them, however they are edited meanwhile. A user's files are read each time.
+"""
 
 import ast
+import os
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -9,6 +15,12 @@ import components
 import fmus
 
 OURS = {"components": Path(components.__file__).parent, "fmus": Path(fmus.__file__).parent}
+_READ = {
+    file: file.read_bytes()
+    for package in OURS.values()
+    for folder, _, names in os.walk(package)
+    for file in (Path(folder, name) for name in sorted(names) if name.endswith((".py", ".c")))
+}
 
 
 @dataclass(frozen=True)
@@ -20,6 +32,16 @@ class Sources:
 
     module: str
     files: dict[str, Path]
+
+
+def content(file: Path) -> bytes:
+    """Return what a source file consists of."""
+    return _READ[file] if file in _READ else file.read_bytes()
+
+
+def own_files(package: str) -> list[Path]:
+    """Return the source files of one of our packages."""
+    return sorted(file for file in _READ if file.is_relative_to(OURS[package]))
 
 
 def sources_of(module: str, folder: Path | None = None) -> Sources:
@@ -40,7 +62,7 @@ def sources_of(module: str, folder: Path | None = None) -> Sources:
         if parent:
             todo.append(parent)
         package = name if is_package else parent
-        todo.extend(_imports(path.read_text(encoding="utf-8"), str(path), package))
+        todo.extend(_imports(content(path), str(path), package))
     return Sources(module, dict(sorted(found.items())))
 
 
@@ -52,16 +74,17 @@ def _locate(name: str, folder: Path | None) -> tuple[str, Path, bool] | None:
         return None
     stem = name.replace(".", "/")
     for relative, is_package in ((f"{stem}.py", False), (f"{stem}/__init__.py", True)):
-        if (base / relative).is_file():
-            return relative, base / relative, is_package
+        file = base / relative
+        if file in _READ or (top not in OURS and file.is_file()):
+            return relative, file, is_package
     return None
 
 
 @cache  # by the text: components share most of the files that they import
-def _imports(text: str, path: str, package: str) -> tuple[str, ...]:
+def _imports(text: bytes, path: str, package: str) -> tuple[str, ...]:
     """Return absolute names of the modules that a file may import, `from a import b` giving a and a.b."""
     names: list[str] = []
-    for node in ast.walk(ast.parse(text, filename=path)):
+    for node in _statements(ast.parse(text, filename=path)):
         if isinstance(node, ast.Import):
             names += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -71,3 +94,18 @@ def _imports(text: str, path: str, package: str) -> tuple[str, ...]:
                 base = ".".join([*above, *([base] if base else [])])
             names += [base, *(f"{base}.{alias.name}" for alias in node.names)]
     return tuple(names)
+
+
+def _statements(tree: ast.AST) -> Iterator[ast.AST]:
+    """Yield all statements, but for those that only a type checker sees."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.If) and _is_for_type_checkers(node.test):
+            node = ast.Module(node.orelse, [])
+        if isinstance(node, ast.stmt | ast.excepthandler | ast.match_case | ast.Module):
+            yield node
+            yield from _statements(node)
+
+
+def _is_for_type_checkers(test: ast.expr) -> bool:
+    name = test.attr if isinstance(test, ast.Attribute) else test.id if isinstance(test, ast.Name) else ""
+    return name == "TYPE_CHECKING"

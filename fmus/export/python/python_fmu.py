@@ -25,7 +25,7 @@ from fmus.description.write import write
 from fmus.errors import BuildError
 from fmus.export.archive import guid_of, write_fmu
 from fmus.export.describe import describe, summary
-from fmus.export.sources import Sources, sources_of
+from fmus.export.sources import Sources, content, sources_of
 
 BACKEND = "python"
 SLAVE = Path(__file__).with_name("slave.py")
@@ -68,7 +68,7 @@ def build_python(component: Component, path: Path, model_name: str | None = None
     description = describe_python(component, name)
     script = SLAVE.read_bytes()
     script_name = f"adcs_slave_{hashlib.sha256(script).hexdigest()[:12]}"
-    resources: dict[str, bytes] = {f"source/{relative}": file.read_bytes() for relative, file in files.items()}
+    resources: dict[str, bytes] = {f"source/{relative}": content(file) for relative, file in files.items()}
     resources["component.json"] = json.dumps(settings, indent=1).encode()
     resources["interface.json"] = json.dumps(summary(description)).encode()
     resources["requirements.txt"] = REQUIREMENTS.encode()

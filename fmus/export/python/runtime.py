@@ -1,11 +1,11 @@
 """What an FMU of a component does between its FMI calls, in Python: the twin of native/fmi2.c, rule for rule.
 
-Imports nothing of ours: it travels inside the python FMU beside the component's source. All numbers come from the
-component's CasADi functions, called through buffers without allocation.
+Travels inside the python FMU beside the component's source. All numbers come from the component's CasADi functions,
+called through buffers without allocation.
 
 Initialization mode: calculated parameters, calculated states and step means follow every set; frozen at its exit,
 after the component's conditions have been checked. A step: n equal internal steps of at most solver.step. Sample n
-of a sampled component is due when |t - t0 - n T| <= 1e-9 s or it has passed; while due, the outputs show what it
+of a sampled component is due when |t - t0 - n T| <= 1 ns (and rounding) or it has passed; while due, the outputs show what it
 would give, and it is committed at the start of the next step; samples inside a step are taken with the inputs of
 that instant. Outputs are evaluated when they are read.
 """
@@ -16,6 +16,8 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+
+from fmus.description.annotations import COMMIT_SHOWN, SAMPLE_TIME, SOLVER_STEP
 
 TICK = 1e-9  # s, how near to a communication point a sample counts as due there
 MOST_STEPS = 1e9
@@ -74,9 +76,9 @@ class Runtime:
         self._means = sum(o.size for o in part.outputs_declared if o.step_mean)
         self.m, self._q0, self._q1 = (np.zeros(self._means) for _ in range(3))
         self.sample, self.due = 0, False
-        self._step_index = self._index("solver.step")
-        self._period_index = self._index("sample_time")
-        self._shown_index = self._index("solver.commit_shown")
+        self._step_index = self._index(SOLVER_STEP)
+        self._period_index = self._index(SAMPLE_TIME)
+        self._shown_index = self._index(COMMIT_SHOWN)
         self._bind()
 
     def _index(self, name: str) -> int | None:
@@ -252,9 +254,9 @@ class Runtime:
 
     def do_step(self, t: float, step: float) -> None:
         """Advance from t to t + step (fmi2DoStep)."""
-        if not step > 0:
+        if not 0 < step < math.inf:
             raise RuntimeFailure(f"fmi2DoStep: step {step:g} s is not positive.")
-        if abs(t - self._t.item()) > TICK + 4 * EPSILON * abs(t):
+        if not abs(t - self._t.item()) <= TICK + 4 * EPSILON * abs(t):
             raise RuntimeFailure(f"fmi2DoStep: asked to start at {t:.17g} s, the FMU is at {self.t:.17g} s.")
         self._t[0] = t
         self._forget_derivatives()
@@ -268,7 +270,7 @@ class Runtime:
         elif part.sampled:
             self._take_samples(t, step)
         elif part.states:
-            self._integrate(step)
+            self._integrate(t, step)
         if self._derivatives_new:
             self._inputs_at(step, self.u)
             self._u1 += step * self._u2
@@ -283,11 +285,12 @@ class Runtime:
                 name = self.names[self._first_state + int(bad[0])]
                 raise RuntimeFailure(f"fmi2DoStep: state {name} is not finite at {self.t:.9g} s.")
 
-    def _integrate(self, step: float) -> None:
+    def _integrate(self, t: float, step: float) -> None:
         largest = float(self.v[self._step_index])
         if not largest > 0 or step / largest > MOST_STEPS:
             raise RuntimeFailure(f"fmi2DoStep: solver.step = {largest:g} s does not suit a step of {step:g} s.")
-        n = max(1, math.ceil(step / largest - 1e-9))
+        # A master's step is a difference of two times, each rounded: it may be longer than meant by some ulp of t.
+        n = max(1, math.ceil((step - 4 * EPSILON * (abs(t) + step)) / largest - 1e-9))
         h = self._h[0] = step / n
         if self._means:
             self._quantities.run()
@@ -327,7 +330,7 @@ class Runtime:
             self.x[:] = self._x_next
             self.sample += 1
             self.due = False
-        while (tick := self.t0 + self.sample * period) < t + step - TICK:
+        while (tick := self.t0 + self.sample * period) < t + step - self._slack(t + step):
             self._inputs_at(tick - t, self._u_now)
             self._s[0] = tick
             self._update_inside.run()
@@ -335,10 +338,18 @@ class Runtime:
             self._outputs_inside.run()
             self.sample += 1
 
+    def _slack(self, t: float) -> float:
+        """How far from t a sample is due there, s.
+
+        Rounding parts what is meant to be one time: t0 + n T by eps/2 |n T| for T, as much for the product, eps/2 |t|
+        for the sum, t by eps/2 |t|: by no more than eps (2 |t| + |t0|), which passes 1 ns at some 1e6 s.
+        """
+        return TICK + 4 * EPSILON * max(abs(t), abs(self.t0))
+
     def _arrive(self) -> None:
         """See whether the end of a step is a tick; show that sample, held outputs otherwise."""
         tick = self.t0 + self.sample * float(self.v[self._period_index])
-        self.due = bool(tick <= self._t[0] + TICK)
+        self.due = tick <= self.t + self._slack(self.t)
         if self.due:
             self._evaluate()
         self._stale = self.due

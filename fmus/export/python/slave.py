@@ -25,7 +25,7 @@ def _loader(source):
         spec = importlib.util.spec_from_file_location(name, path)
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
-        sys.modules[name] = module
+        sys.modules.setdefault(name, module)  # another thread may have been first
     return sys.modules[name]
 
 

@@ -115,7 +115,8 @@ def test_feedthrough_is_of_inputs_of_every_type():
 
 TYPES = """<TypeDefinitions>
   <SimpleType name="Angle"><Real unit="rad" displayUnit="deg" min="-3" max="3" nominal="0.5"/></SimpleType>
-  <SimpleType name="Level"><Enumeration><Item name="off" value="0"/><Item name="on" value="4"/></Enumeration></SimpleType>
+  <SimpleType name="Level">
+    <Enumeration><Item name="off" value="0"/><Item name="on" value="4"/></Enumeration></SimpleType>
 </TypeDefinitions>"""
 
 
@@ -126,7 +127,8 @@ def test_what_a_declared_type_says_holds_for_the_variable_unless_it_says_otherwi
 {TYPES}
 <ModelVariables>
   <ScalarVariable name="a" valueReference="0" causality="input"><Real declaredType="Angle" start="0"/></ScalarVariable>
-  <ScalarVariable name="b" valueReference="1" causality="input"><Real declaredType="Angle" start="0" max="1"/></ScalarVariable>
+  <ScalarVariable name="b" valueReference="1" causality="input">
+    <Real declaredType="Angle" start="0" max="1"/></ScalarVariable>
   <ScalarVariable name="c" valueReference="2" causality="input" variability="discrete">
     <Enumeration declaredType="Level" start="4" max="4"/></ScalarVariable>
 </ModelVariables>
