@@ -12,23 +12,24 @@ import numpy as np
 
 from .framework import Parameter
 from .mathematics import euler
-from .mathematics.gravity import EARTH_RADIUS, MU
+from .numbers import li2014
+from .numbers.earth import EARTH_RADIUS, MU
 
 DEGREE = np.pi / 180
 
-J = Parameter(unit="kg.m2", shape=(3, 3), start=200 * np.eye(3), doc="inertia of the satellite")
-m_sc = Parameter(unit="kg", start=1050.0, doc="mass of the satellite without the test mass")
-m_tm = Parameter(unit="kg", start=1.0, doc="mass of the test mass")
-I_tm = Parameter(unit="kg.m2", start=2.667e-4, doc="inertia of the test mass, a cube, about any axis")
-K = Parameter(unit="N/m", start=1e-6, doc="stiffness between test mass and satellite; negative: it pushes away")
-D = Parameter(unit="N.s/m", start=1.4e-11, doc="damping between test mass and satellite")
-K_r = Parameter(unit="N.m/rad", start=1e-9, doc="rotational stiffness between test mass and satellite")
-D_r = Parameter(unit="N.m.s/rad", start=3.3e-14, doc="rotational damping between test mass and satellite")
+J = Parameter(unit="kg.m2", shape=(3, 3), start=li2014.I_SC * np.eye(3), doc="inertia of the satellite")
+m_sc = Parameter(unit="kg", start=li2014.M_SC, doc="mass of the satellite without the test mass")
+m_tm = Parameter(unit="kg", start=li2014.M_TM, doc="mass of the test mass")
+I_tm = Parameter(unit="kg.m2", start=li2014.I_TM, doc="inertia of the test mass, a cube, about any axis")
+K = Parameter(unit="N/m", start=li2014.K, doc="stiffness between test mass and satellite; negative: it pushes away")
+D = Parameter(unit="N.s/m", start=li2014.D, doc="damping between test mass and satellite")
+K_r = Parameter(unit="N.m/rad", start=li2014.K_R, doc="rotational stiffness between test mass and satellite")
+D_r = Parameter(unit="N.m.s/rad", start=li2014.D_R, doc="rotational damping between test mass and satellite")
 
 
 def _orbit() -> tuple[np.ndarray, np.ndarray]:
-    node, tilt, u = (DEGREE * a for a in (30.0, 96.7, 20.0))
-    radius = EARTH_RADIUS + 260e3
+    node, tilt, u = (DEGREE * a for a in (li2014.NODE, li2014.INCLINATION, li2014.LATITUDE))
+    radius = EARTH_RADIUS + li2014.ALTITUDE
     to_node = np.array([np.cos(node), np.sin(node), 0])
     across = np.array([-np.sin(node) * np.cos(tilt), np.cos(node) * np.cos(tilt), np.sin(tilt)])
     r = np.cos(u) * to_node + np.sin(u) * across
@@ -37,6 +38,6 @@ def _orbit() -> tuple[np.ndarray, np.ndarray]:
 
 
 START_R_N, START_V_N = _orbit()
-START_Q_SN = euler.quaternion_from_321(DEGREE * ca.DM([0.5, -0.3, 0.4])).full().ravel()
-START_Q_TS = euler.quaternion_from_321(DEGREE * ca.DM([1.0, -0.5, 0.8])).full().ravel()
-START_R_REL = np.array([1e-3, -0.5e-3, 0.8e-3])
+START_Q_SN = euler.quaternion_from_321(DEGREE * ca.DM(li2014.PHI_SC)).full().ravel()
+START_Q_TS = euler.quaternion_from_321(DEGREE * ca.DM(li2014.PHI_REL)).full().ravel()
+START_R_REL = 1e-3 * np.array(li2014.R_REL)

@@ -24,30 +24,28 @@ from .framework import Component, Condition, Parameter, not_negative, positive
 from .mathematics import cmg, euler
 from .mathematics.axes import axis_conditions, spanning_condition
 from .mathematics.vectors import asymmetry, smallest_eigenvalue
+from .numbers import geng2012, ye2016, zhang2018
 
 DEGREE = np.pi / 180
-INERTIA = np.array([[420.8, 3.6, -4.2], [3.6, 410.6, 9.4], [-4.2, 9.4, 690.7]])
-FREQUENCY = 2 * np.pi * np.array([0.379, 1.042, 1.331, 2.226])
-COUPLING = np.array(  # F_1 of the source: a row is an axis, a column a mode
-    [[2.62, -1.24e-3, -8.20e-4, 6.44e-1], [6.89e-3, 1.24e-1, 4.37e-1, 6.26e-3], [-3.44e-3, -2.73, -5.08e-2, 3.29e-3]]
-)
 
 
 def _coupling(component: Any) -> np.ndarray:
     rows = np.zeros((component.modes, 3))
-    panels = np.vstack([COUPLING.T, -COUPLING.T])[: component.modes]
+    panels = np.vstack([zhang2018.F_1.T, -zhang2018.F_1.T])[: component.modes]
     rows[: len(panels)] = panels
     return rows
 
 
 def _frequency(component: Any) -> np.ndarray:
-    return np.resize(FREQUENCY, component.modes)
+    return np.resize(zhang2018.OMEGA, component.modes)
 
 
-J = Parameter(unit="kg.m2", shape=(3, 3), start=INERTIA, doc="inertia of the undeformed spacecraft, rotors locked")
+J = Parameter(
+    unit="kg.m2", shape=(3, 3), start=np.array(zhang2018.J), doc="inertia of the undeformed spacecraft, rotors locked"
+)
 delta = Parameter(unit="kg(1/2).m", shape=("modes", 3), start=_coupling, doc="coupling of rotation and modes")
 Omega = Parameter(unit="rad/s", shape=("modes",), start=_frequency, doc="modal frequency, hub clamped")
-zeta = Parameter(unit="1", shape=("modes",), start=0.005, doc="modal damping ratio")
+zeta = Parameter(unit="1", shape=("modes",), start=zhang2018.ZETA, doc="modal damping ratio")
 
 
 def starting_at(inertia: Any, coupling: Any, frequency: Any, damping: Any) -> tuple[Parameter, ...]:
@@ -71,16 +69,7 @@ def starting_at(inertia: Any, coupling: Any, frequency: Any, damping: Any) -> tu
     )
 
 
-AGILE = starting_at(
-    [[70, 3, 4], [3, 60, 5], [4, 5, 90]],
-    [
-        [6.45637, -1.25619, 1.11687, 1.23637],
-        [1.27814, 0.91756, 2.48901, -2.65810],
-        [2.15629, -1.67264, -0.83674, -1.12503],
-    ],
-    [0.7681, 1.1038, 1.8733, 2.5496],
-    [0.005607, 0.008620, 0.01283, 0.02516],
-)
+AGILE = starting_at(geng2012.J, geng2012.F, geng2012.OMEGA, geng2012.ZETA)
 
 
 class MomentumStorage:
@@ -91,19 +80,23 @@ class MomentumStorage:
     """
 
     gimbal_axes_B = Parameter(
-        unit="1", shape=(3, "gimbals"), start=lambda c: cmg.pyramid(c.gimbals)[0], doc="gimbal axes, a column a gyro"
+        unit="1", shape=(3, "gimbals"), start=lambda c: ye2016.pyramid(c.gimbals)[0], doc="gimbal axes, a column a gyro"
     )
     rotor_axes_B = Parameter(
-        unit="1", shape=(3, "gimbals"), start=lambda c: cmg.pyramid(c.gimbals)[1], doc="rotor axes at gimbal angle 0"
+        unit="1", shape=(3, "gimbals"), start=lambda c: ye2016.pyramid(c.gimbals)[1], doc="rotor axes at gimbal angle 0"
     )
-    rotor_momentum = Parameter(unit="N.m.s", shape=("gimbals",), start=8.0, doc="angular momentum of each gyro's rotor")
+    rotor_momentum = Parameter(
+        unit="N.m.s", shape=("gimbals",), start=ye2016.ROTOR_MOMENTUM, doc="angular momentum of each gyro's rotor"
+    )
     spin_axes_B = Parameter(
         unit="1",
         shape=(3, "wheels"),
         start=lambda c: np.eye(3)[:, np.arange(c.wheels) % 3],
         doc="spin axes, a column a wheel",
     )
-    wheel_inertia = Parameter(unit="kg.m2", shape=("wheels",), start=0.02, doc="inertia of a wheel about its spin axis")
+    wheel_inertia = Parameter(
+        unit="kg.m2", shape=("wheels",), start=ye2016.WHEEL_INERTIA, doc="inertia of a wheel about its spin axis"
+    )
 
 
 class StorageLimits:
@@ -118,8 +111,8 @@ class StorageLimits:
     )
 
 
-_ANGLES = DEGREE * ca.DM([0.25, 0.15, -0.20])
-_ANGLE_RATES = DEGREE * ca.DM([0.02, 0.01, -0.02])
+_ANGLES = DEGREE * ca.DM(zhang2018.THETA_0)
+_ANGLE_RATES = DEGREE * ca.DM(zhang2018.THETA_DOT_0)
 START_Q_BN = euler.quaternion_from_123(_ANGLES).full().ravel()
 START_OMEGA_BN_B = (euler.G_123(_ANGLES) @ _ANGLE_RATES).full().ravel()
 

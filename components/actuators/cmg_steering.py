@@ -32,6 +32,7 @@ from ..framework import Component, Condition, Input, Output, Parameter, flag_con
 from ..mathematics import allocation, axes
 from ..mathematics.limits import saturated
 from ..mathematics.vectors import length
+from ..numbers import geng2012
 from ..vehicle import DEGREE, MomentumStorage, StorageLimits, limit_conditions
 
 
@@ -39,26 +40,28 @@ class CmgSteering(Component):
     gimbals: int = 2  # structural: gyros with parallel gimbal axes
     wheels: int = 3  # structural: reaction wheels
 
-    rotor_momentum = replace(MomentumStorage.rotor_momentum, start=15.0)
+    rotor_momentum = replace(MomentumStorage.rotor_momentum, start=geng2012.ROTOR_MOMENTUM)
     spin_axes_B = MomentumStorage.spin_axes_B
     wheel_inertia = MomentumStorage.wheel_inertia
-    gimbal_rate_limit = replace(StorageLimits.gimbal_rate_limit, start=3.5 / 15)
-    gimbal_dead_zone = replace(StorageLimits.gimbal_dead_zone, start=0.02 * DEGREE)
-    plane_torque_limit = Parameter(unit="N.m", start=3.5, doc="largest torque commanded in the x-y plane")
-    wheel_torque_limit = replace(StorageLimits.wheel_torque_limit, start=0.25)
+    gimbal_rate_limit = replace(StorageLimits.gimbal_rate_limit, start=geng2012.RATE_LIMIT)
+    gimbal_dead_zone = replace(StorageLimits.gimbal_dead_zone, start=geng2012.DEAD_ZONE * DEGREE)
+    plane_torque_limit = Parameter(
+        unit="N.m", start=geng2012.PLANE_TORQUE, doc="largest torque commanded in the x-y plane"
+    )
+    wheel_torque_limit = replace(StorageLimits.wheel_torque_limit, start=geng2012.WHEEL_TORQUE)
     trim_wheels = Parameter(
         unit="1",
         start=1.0,
         doc="1: wheels give what the gyros do not, 0: its z part only, 2: all of it in the end phase",
     )
     hand_over = Parameter(unit="1", start=1.0, doc="1: the gyros fade out near the reference, 0: c = 1")
-    near = Parameter(unit="rad", start=0.3 * DEGREE, display_unit="deg", doc="|e| + T |w| where c is 0")
-    far = Parameter(unit="rad", start=1.0 * DEGREE, display_unit="deg", doc="|e| + T |w| where c is 1")
-    hand_over_time = Parameter(unit="s", start=4.0, doc="T, weight of the rate in the hand-over")
-    lambda_0 = Parameter(unit="1", start=0.01, doc="lambda of a singular cluster")
-    alpha = Parameter(unit="1", start=10.0, doc="how fast lambda falls with the measure of singularity")
-    k_0 = Parameter(unit="1", start=0.1, doc="amplitude of the off-diagonal weight k")
-    k_frequency = Parameter(unit="rad/s", start=1.0, doc="frequency of the off-diagonal weight k")
+    near = Parameter(unit="rad", start=geng2012.NEAR * DEGREE, display_unit="deg", doc="|e| + T |w| where c is 0")
+    far = Parameter(unit="rad", start=geng2012.FAR * DEGREE, display_unit="deg", doc="|e| + T |w| where c is 1")
+    hand_over_time = Parameter(unit="s", start=geng2012.HAND_OVER_TIME, doc="T, weight of the rate in the hand-over")
+    lambda_0 = Parameter(unit="1", start=geng2012.LAMBDA_0, doc="lambda of a singular cluster")
+    alpha = Parameter(unit="1", start=geng2012.ALPHA, doc="how fast lambda falls with the measure of singularity")
+    k_0 = Parameter(unit="1", start=geng2012.K_0, doc="amplitude of the off-diagonal weight k")
+    k_frequency = Parameter(unit="rad/s", start=geng2012.K_FREQUENCY, doc="frequency of the off-diagonal weight k")
 
     tau_command_B = Input(unit="N.m", shape=(3,), doc="torque wanted on the hub")
     attitude_error = Input(unit="rad", shape=(3,), display_unit="deg", nominal=1e-2, doc="attitude error, for c")

@@ -17,12 +17,13 @@ import casadi as ca
 from ..framework import Component, Condition, Input, Output, Parameter, State, not_negative
 from ..mathematics.noise import white
 from ..mathematics.slewing import quantised, slewed, start_conditions
+from ..numbers import li2014
 
 
 class ElectrostaticSuspension(Component):
-    sample_time = 0.1
+    sample_time = li2014.SAMPLE
 
-    torque_limit = Parameter(unit="N.m", shape=(3,), start=2e-8, doc="largest torque, each axis")
+    torque_limit = Parameter(unit="N.m", shape=(3,), start=li2014.SUSPENSION_TORQUE, doc="largest torque, each axis")
     torque_rate = Parameter(unit="N.m/s", shape=(3,), doc="fastest change of the torque; 0: no limit")
     torque_quantum = Parameter(unit="N.m", shape=(3,), doc="step of the torque; 0: none")
     torque_noise = Parameter(unit="N.m/Hz(1/2)", shape=(3,), doc="spectral density of the torque noise")

@@ -35,8 +35,8 @@ from ..framework import (
 )
 from ..mathematics.axes import axis_conditions, pseudo_inverse
 from ..mathematics.limits import saturated, stopped
+from ..numbers import xiao2011
 
-TORQUE_LIMIT = 0.2
 UNLIMITED = 1e9
 
 
@@ -55,7 +55,7 @@ class ReactionWheels(Component):
 
     spin_axes_B = Parameter(unit="1", shape=(3, "wheels"), start=_axes, doc="spin axes, a column a wheel")
     torque_limit = Parameter(
-        unit="N.m", shape=("wheels",), start=TORQUE_LIMIT, doc="largest motor torque of a wheel; 1e9: none"
+        unit="N.m", shape=("wheels",), start=xiao2011.U_MAX, doc="largest motor torque of a wheel; 1e9: none"
     )
     momentum_limit = Parameter(
         unit="N.m.s", shape=("wheels",), start=UNLIMITED, doc="largest momentum of a wheel; 1e9: none"

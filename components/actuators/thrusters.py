@@ -20,19 +20,26 @@ import casadi as ca
 from ..framework import Component, Condition, Input, Output, Parameter, State, not_negative
 from ..mathematics.noise import white
 from ..mathematics.slewing import quantised, slewed, start_conditions
+from ..numbers import li2014
 
-LEAST, MICRO = 1e-3, 0.65e-3  # N, ion thruster and micro-thrusters
+(LEAST, MOST), MICRO = li2014.THRUST, li2014.MICRO
 
 
 class Thrusters(Component):
-    sample_time = 0.1
+    sample_time = li2014.SAMPLE
 
     force_lower = Parameter(unit="N", shape=(3,), start=(LEAST, -MICRO, -MICRO), doc="least force, each axis")
-    force_upper = Parameter(unit="N", shape=(3,), start=(20e-3, MICRO, MICRO), doc="largest force, each axis")
-    force_rate = Parameter(unit="N/s", shape=(3,), start=(2.5e-3, 0, 0), doc="fastest change of the force; 0: no limit")
-    force_quantum = Parameter(unit="N", shape=(3,), start=(12e-6, 0, 0), doc="step of the force; 0: none")
-    force_noise = Parameter(unit="N/Hz(1/2)", shape=(3,), start=(12e-6, 0, 0), doc="density of the force noise")
-    torque_limit = Parameter(unit="N.m", shape=(3,), start=1e-3, doc="largest torque, each axis")
+    force_upper = Parameter(unit="N", shape=(3,), start=(MOST, MICRO, MICRO), doc="largest force, each axis")
+    force_rate = Parameter(
+        unit="N/s", shape=(3,), start=(li2014.THRUST_RATE, 0, 0), doc="fastest change of the force; 0: no limit"
+    )
+    force_quantum = Parameter(
+        unit="N", shape=(3,), start=(li2014.THRUST_QUANTUM, 0, 0), doc="step of the force; 0: none"
+    )
+    force_noise = Parameter(
+        unit="N/Hz(1/2)", shape=(3,), start=(li2014.THRUST_NOISE, 0, 0), doc="density of the force noise"
+    )
+    torque_limit = Parameter(unit="N.m", shape=(3,), start=li2014.THRUSTER_TORQUE, doc="largest torque, each axis")
     torque_rate = Parameter(unit="N.m/s", shape=(3,), doc="fastest change of the torque; 0: no limit")
     torque_quantum = Parameter(unit="N.m", shape=(3,), doc="step of the torque; 0: none")
     torque_noise = Parameter(unit="N.m/Hz(1/2)", shape=(3,), doc="density of the torque noise")

@@ -50,22 +50,11 @@ from ..framework import (
 from ..mathematics import euler, quaternion
 from ..mathematics.limits import floored, saturated
 from ..mathematics.rbf import gaussian
+from ..numbers import xiao2011
 from ..vehicle import DEGREE
 
-INERTIA = [[1200.0, 0.0, 0.0], [0.0, 1000.0, 0.0], [0.0, 0.0, 1500.0]]
-START_THETA = np.array([4.4 / 1200, -4.4 / 1000, 4.4 / 1500])  # rad, case S: J_i |theta_i| = 4.4 kg m^2
-ORBIT_RATE = 1.078e-3  # rad/s
-START_Q_BN = euler.quaternion_from_321(ca.DM(START_THETA))
-START_OMEGA_BN_B = quaternion.dcm(START_Q_BN) @ ca.DM([0, -ORBIT_RATE, 0])
-
-
-def _drawn(part: int) -> Any:
-    """Return the start weights: rows of uniform(0, 1) from a fixed seed, first those of f, then those of g."""
-
-    def start(component: Any) -> np.ndarray:
-        return np.random.default_rng(2011).uniform(size=(2, 3, component.nodes))[part]
-
-    return start
+START_Q_BN = euler.quaternion_from_321(ca.DM(xiao2011.initial_angles()))
+START_OMEGA_BN_B = quaternion.dcm(START_Q_BN) @ ca.DM([0, -xiao2011.ORBIT_RATE, 0])
 
 
 @dataclass(frozen=True)
@@ -86,21 +75,25 @@ class Law:
 
 class AdaptiveL2Gain(Component):
     ports = AttitudeController
-    nodes: int = 5  # structural: nodes of the networks
+    nodes: int = xiao2011.NODES  # structural: nodes of the networks
 
-    J = replace(vehicle.J, start=INERTIA)
+    J = replace(vehicle.J, start=np.diag(xiao2011.INERTIA))
     normalised = Parameter(unit="1", start=1.0, doc="1: weights of g in units of 1/J_ii, 0: of 1/(kg m^2), as printed")
-    torque_limit = Parameter(unit="N.m", shape=(3,), start=0.2, doc="u_max, limit per body axis; 1e9: none (Theorem 1)")
+    torque_limit = Parameter(
+        unit="N.m", shape=(3,), start=xiao2011.U_MAX, doc="u_max, limit per body axis; 1e9: none (Theorem 1)"
+    )
     time_unit = Parameter(unit="s", start=1.0, doc="T, unit of time of the gains and of the widths")
-    k_theta = Parameter(unit="1", start=5.0, doc="k, gain of the angles")
-    p1 = Parameter(unit="1", start=10.0, doc="gain of the filtered error, rate of the auxiliary system")
-    gamma_l2 = Parameter(unit="1", start=0.2, doc="gamma, L2 gain that is asked for")
-    c1 = Parameter(unit="1", start=100.0, doc="adaptation gain of the weights of f")
-    c2 = Parameter(unit="1", start=100.0, doc="adaptation gain of the weights of g")
-    g_min = Parameter(unit="1/(kg.m2)", start=0.2 / 1500.0, nominal=1e-3, doc="floor of the estimated input gain")
+    k_theta = Parameter(unit="1", start=xiao2011.K, doc="k, gain of the angles")
+    p1 = Parameter(unit="1", start=xiao2011.P_1, doc="gain of the filtered error, rate of the auxiliary system")
+    gamma_l2 = Parameter(unit="1", start=xiao2011.GAMMA, doc="gamma, L2 gain that is asked for")
+    c1 = Parameter(unit="1", start=xiao2011.C_1, doc="adaptation gain of the weights of f")
+    c2 = Parameter(unit="1", start=xiao2011.C_2, doc="adaptation gain of the weights of g")
+    g_min = Parameter(unit="1/(kg.m2)", start=xiao2011.G_MIN, nominal=1e-3, doc="floor of the estimated input gain")
     theta_centres = Parameter(unit="rad", shape=(3, "nodes"), doc="centres in theta, a column a node")
     theta_dot_centres = Parameter(unit="rad/s", shape=(3, "nodes"), doc="centres in theta', a column a node")
-    theta_width = Parameter(unit="rad", start=1.5, doc="sigma, width of the nodes; in theta' it is sigma / T")
+    theta_width = Parameter(
+        unit="rad", start=xiao2011.SIGMA, doc="sigma, width of the nodes; in theta' it is sigma / T"
+    )
 
     q_BN = Input(unit="1", shape=(4,), start=START_Q_BN.full().ravel(), doc="attitude of the body, scalar first")
     omega_BN_B = Input(
@@ -114,14 +107,25 @@ class AdaptiveL2Gain(Component):
     omega_RN_R = Input(
         unit="rad/s",
         shape=(3,),
-        start=(0.0, -ORBIT_RATE, 0.0),
+        start=(0.0, -xiao2011.ORBIT_RATE, 0.0),
         display_unit="deg/s",
         nominal=1e-2,
         doc="rate of the reference",
     )
 
-    W_f = State(unit="1/s2", shape=(3, "nodes"), start=_drawn(0), nominal=0.1, doc="weights of f, a row an axis")
-    W_g = State(unit="1", shape=(3, "nodes"), start=_drawn(1), doc="weights of g times J_n, a row an axis")
+    W_f = State(
+        unit="1/s2",
+        shape=(3, "nodes"),
+        start=lambda c: xiao2011.initial_weights(c.nodes)[0],
+        nominal=0.1,
+        doc="weights of f, a row an axis",
+    )
+    W_g = State(
+        unit="1",
+        shape=(3, "nodes"),
+        start=lambda c: xiao2011.initial_weights(c.nodes)[1],
+        doc="weights of g times J_n, a row an axis",
+    )
     e1 = State(unit="rad/s", shape=(3,), output=True, nominal=1e-2, doc="auxiliary system")
 
     theta = Output(unit="rad", shape=(3,), display_unit="deg", nominal=1e-2, doc="roll, pitch, yaw (Euler 3-2-1)")

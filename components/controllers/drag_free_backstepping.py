@@ -41,6 +41,7 @@ from ..framework import (
 from ..framework.ports import NO_ROTATION
 from ..mathematics import euler, quaternion
 from ..mathematics.rbf import gaussian
+from ..numbers import li2014
 from ..vehicle import inertia_conditions, quaternion_condition
 
 
@@ -62,18 +63,22 @@ class DragFreeBackstepping(Component):
     D = drag_free.D
     K_r = drag_free.K_r
     D_r = drag_free.D_r
-    stiffness = Parameter(unit="1/s2", shape=(3,), start=1.0, doc="lambda of the loops r_rel, satellite, test mass")
-    k_1 = Parameter(unit="1/s", shape=(3,), start=1.0, doc="k1 of the three loops")
-    k_2 = Parameter(unit="1/s", shape=(3,), start=1.0, doc="k2 of the three loops")
-    Gamma = Parameter(unit="s2", shape=(3,), start=1.0, doc="weight of the networks' errors, of the three loops")
+    stiffness = Parameter(
+        unit="1/s2", shape=(3,), start=li2014.STIFFNESS, doc="lambda of the loops r_rel, satellite, test mass"
+    )
+    k_1 = Parameter(unit="1/s", shape=(3,), start=li2014.K_1, doc="k1 of the three loops")
+    k_2 = Parameter(unit="1/s", shape=(3,), start=li2014.K_2, doc="k2 of the three loops")
+    Gamma = Parameter(
+        unit="s2", shape=(3,), start=li2014.GAMMA, doc="weight of the networks' errors, of the three loops"
+    )
     network = Parameter(unit="1", start=1.0, doc="1: the networks learn, 0: their weights stay as they start")
     consistent_feedforward = Parameter(unit="1", start=0.0, doc="1: loop 3 gets W_2^T h_2 too, 0: the paper's law")
     centres = Parameter(unit="1", shape=(2, "nodes"), start=_grid, doc="centres in (x1, x2), a column a node, scaled")
-    width = Parameter(unit="1", start=0.5, doc="width of the nodes, scaled")
-    scale_r = Parameter(unit="m", start=1e-3, display_unit="mm", doc="s1 of loop 1")
-    scale_v = Parameter(unit="m/s", start=1e-3, doc="s2 of loop 1")
-    scale_angle = Parameter(unit="rad", shape=(2,), start=2e-2, doc="s1 of loops 2 and 3")
-    scale_rate = Parameter(unit="rad/s", shape=(2,), start=2e-2, doc="s2 of loops 2 and 3")
+    width = Parameter(unit="1", start=li2014.WIDTH, doc="width of the nodes, scaled")
+    scale_r = Parameter(unit="m", start=li2014.SCALE_R, display_unit="mm", doc="s1 of loop 1")
+    scale_v = Parameter(unit="m/s", start=li2014.SCALE_V, doc="s2 of loop 1")
+    scale_angle = Parameter(unit="rad", shape=(2,), start=li2014.SCALE_ANGLE, doc="s1 of loops 2 and 3")
+    scale_rate = Parameter(unit="rad/s", shape=(2,), start=li2014.SCALE_RATE, doc="s2 of loops 2 and 3")
     f_feedforward_S = Parameter(unit="N", shape=(3,), nominal=1e-2, doc="force added to the command: known mean drag")
 
     r_rel = Input(unit="m", shape=(3,), start=drag_free.START_R_REL, nominal=1e-3, doc="test mass in its cage, S axes")

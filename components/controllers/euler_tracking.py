@@ -42,18 +42,16 @@ from ..framework import (
 from ..mathematics import euler, quaternion
 from ..mathematics.rbf import gaussian
 from ..mathematics.vectors import length
+from ..numbers import zhang2018
 from ..vehicle import DEGREE
 
-WIDE, MIDDLE = [-0.25, -0.17, -0.08, 0, 0.08, 0.17, 0.25], [-0.15, -0.1, -0.05, 0, 0.05, 0.1, 0.15]
-CENTRES = np.array([WIDE, MIDDLE, [-0.2, -0.13, -0.07, 0, 0.07, 0.13, 0.2]])
-SLOW = [-0.03, -0.02, -0.01, 0, 0.01, 0.02, 0.03]
-RATE_CENTRES = np.array([SLOW, MIDDLE, SLOW])
-REFERENCE_RATE = 0.1 * DEGREE * ca.DM([0.5, 1.0, -0.5])  # of theta_d at the start, where theta_d = 0
+REFERENCE_RATE = zhang2018.FREQUENCY * DEGREE * ca.DM(zhang2018.AMPLITUDE)  # of theta_d at the start, where theta_d = 0
 REFERENCE_ACCELERATION = euler.G_dot_123(ca.DM.zeros(3), REFERENCE_RATE) @ REFERENCE_RATE
 
 
-def _spread(values: np.ndarray) -> Any:
+def _spread(rows: Any) -> Any:
     """Return the start of centres: the paper's seven, otherwise as many evenly over the same range."""
+    values = np.array(rows)
 
     def start(component: Any) -> np.ndarray:
         n = component.nodes
@@ -93,17 +91,19 @@ class EulerTracking(Component):
     angle_unit = Parameter(
         unit="rad", start=DEGREE, display_unit="deg", doc="angle unit U of the gains; 1 rad: radians"
     )
-    Lambda = Parameter(unit="1/s", shape=(3,), start=0.125, doc="lambda, slope of the filtered error")
-    K = Parameter(unit="1/s", shape=(3,), start=(0.5, 0.1, 0.5), doc="feedback gain")
-    sigma = Parameter(unit="1/s3", start=0.01, doc="smoothing of the robust term")
-    tau_w = Parameter(unit="1/s2", start=0.5, doc="adaptation gain of the weights")
-    tau_mu = Parameter(unit="1/s2", start=0.5, doc="adaptation gain of the bound")
-    beta = Parameter(unit="s", start=0.01, doc="leakage of the weights")
-    gamma = Parameter(unit="s", start=0.01, doc="leakage of the bound")
-    centres = Parameter(unit="1", shape=(3, "nodes"), start=_spread(CENTRES), doc="centres in e, a column a node")
-    rate_centres = Parameter(unit="1/s", shape=(3, "nodes"), start=_spread(RATE_CENTRES), doc="centres in e'")
-    width = Parameter(unit="1", start=0.1, doc="b, width of the nodes in e")
-    rate_width = Parameter(unit="1/s", start=0.1, doc="b, width of the nodes in e'")
+    Lambda = Parameter(unit="1/s", shape=(3,), start=zhang2018.LAMBDA, doc="lambda, slope of the filtered error")
+    K = Parameter(unit="1/s", shape=(3,), start=zhang2018.K, doc="feedback gain")
+    sigma = Parameter(unit="1/s3", start=zhang2018.SIGMA, doc="smoothing of the robust term")
+    tau_w = Parameter(unit="1/s2", start=zhang2018.TAU_W, doc="adaptation gain of the weights")
+    tau_mu = Parameter(unit="1/s2", start=zhang2018.TAU_MU, doc="adaptation gain of the bound")
+    beta = Parameter(unit="s", start=zhang2018.BETA, doc="leakage of the weights")
+    gamma = Parameter(unit="s", start=zhang2018.GAMMA, doc="leakage of the bound")
+    centres = Parameter(
+        unit="1", shape=(3, "nodes"), start=_spread(zhang2018.CENTRES), doc="centres in e, a column a node"
+    )
+    rate_centres = Parameter(unit="1/s", shape=(3, "nodes"), start=_spread(zhang2018.RATE_CENTRES), doc="centres in e'")
+    width = Parameter(unit="1", start=zhang2018.WIDTH, doc="b, width of the nodes in e")
+    rate_width = Parameter(unit="1/s", start=zhang2018.WIDTH, doc="b, width of the nodes in e'")
     hold_step = Parameter(unit="s", start=0.0, doc="T_s, step that the torque is held over; 0: the paper's law")
 
     q_BN = Input(unit="1", shape=(4,), start=vehicle.START_Q_BN, doc="attitude of the body, scalar first")

@@ -52,8 +52,7 @@ from ..framework import (
 )
 from ..mathematics import allocation, cmg, mrp, projection, quaternion
 from ..mathematics.vectors import length
-
-INERTIA = np.array([[120.0, 2.0, -1.5], [2.0, 110.0, 1.0], [-1.5, 1.0, 90.0]])
+from ..numbers import ye2016
 
 
 @dataclass(frozen=True)
@@ -81,15 +80,15 @@ class HybridAdaptive(Component):
     gimbals: int = 4  # structural: control moment gyros
     wheels: int = 3  # structural: reaction wheels
 
-    J = replace(vehicle.J, start=INERTIA)
-    k_1 = Parameter(unit="1/s2", shape=(3,), start=(0.08, 0.18, 0.12), doc="gain of e, K in (24)")
-    k_2 = Parameter(unit="1/s", shape=(3,), start=(0.4, 0.6, 0.5 * np.sqrt(2)), doc="gain of e', K in (24)")
+    J = replace(vehicle.J, start=np.array(ye2016.J))
+    k_1 = Parameter(unit="1/s2", shape=(3,), start=ye2016.K_1, doc="gain of e, K in (24)")
+    k_2 = Parameter(unit="1/s", shape=(3,), start=ye2016.K_2, doc="gain of e', K in (24)")
     q_1 = Parameter(unit="1/s2", shape=(3,), start=1.0, doc="weight of e in the Lyapunov equation")
     q_2 = Parameter(unit="1", shape=(3,), start=1.0, doc="weight of e' in the Lyapunov equation")
-    alpha_F = Parameter(unit="kg2.m4/s", start=1e5, doc="adaptation gain of the momentum, 0: none")
-    alpha_G = Parameter(unit="s", start=1e3, doc="adaptation gain of the axes, 0: none")
-    b = Parameter(unit="1", start=0.05, doc="squared length of an axis' deviation where the projection begins")
-    d = Parameter(unit="1", start=0.1, doc="width of the projection; squared lengths stay within b + d")
+    alpha_F = Parameter(unit="kg2.m4/s", start=ye2016.ALPHA_F, doc="adaptation gain of the momentum, 0: none")
+    alpha_G = Parameter(unit="s", start=ye2016.ALPHA_G, doc="adaptation gain of the axes, 0: none")
+    b = Parameter(unit="1", start=ye2016.BETA_G, doc="squared length of an axis' deviation where the projection begins")
+    d = Parameter(unit="1", start=ye2016.DELTA_G, doc="width of the projection; squared lengths stay within b + d")
     gimbal_weight = Parameter(unit="1", shape=("gimbals",), start=1.0, doc="weight of each gyro in the allocation")
     wheel_weight = Parameter(unit="1/s2", shape=("wheels",), start=1.0, doc="weight of each wheel in the allocation")
     shadow = Parameter(unit="1", doc="1: the reference is taken the short way round from N, 0: as it is signed")

@@ -34,16 +34,19 @@ from ..framework import (
 )
 from ..mathematics import euler, quaternion
 from ..mathematics.limits import saturated
+from ..numbers import xiao2011
 from ..vehicle import DEGREE
 
 
 class PID(Component):
     ports = AttitudeController
 
-    K_p = Parameter(unit="N.m/rad", shape=(3,), start=2500.0, doc="proportional gain")
-    K_i = Parameter(unit="N.m/(rad.s)", shape=(3,), start=50.0, doc="integral gain")
-    K_d = Parameter(unit="N.m.s/rad", shape=(3,), start=4000.0, doc="gain of the rate")
-    torque_limit = Parameter(unit="N.m", shape=(3,), start=0.2, doc="largest torque per body axis; 1e9: none")
+    K_p = Parameter(unit="N.m/rad", shape=(3,), start=xiao2011.PID_GAINS[0], doc="proportional gain")
+    K_i = Parameter(unit="N.m/(rad.s)", shape=(3,), start=xiao2011.PID_GAINS[1], doc="integral gain")
+    K_d = Parameter(unit="N.m.s/rad", shape=(3,), start=xiao2011.PID_GAINS[2], doc="gain of the rate")
+    torque_limit = Parameter(
+        unit="N.m", shape=(3,), start=xiao2011.U_MAX, doc="largest torque per body axis; 1e9: none"
+    )
     conditional = Parameter(unit="1", start=0.0, doc="1: conditional integration, 0: the error is always integrated")
 
     euler = Parameter(unit="1", start=0.0, doc="1: error in Euler angles 3-2-1, as the paper, 0: rotation vector")

@@ -14,19 +14,19 @@ from dataclasses import replace
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from .. import vehicle
 from ..framework import Component, Condition, Environment, Input, Parameter
 from ..mathematics import gravity, quaternion
-
-INERTIA = [[1200.0, 0.0, 0.0], [0.0, 1000.0, 0.0], [0.0, 0.0, 1500.0]]
+from ..numbers import xiao2011
 
 
 class GravityGradient(Component):
     ports = Environment
 
-    J = replace(vehicle.J, start=INERTIA)
-    orbit_rate = Parameter(unit="rad/s", start=1.078e-3, nominal=1e-3, doc="rate of the orbit, about -y_N")
+    J = replace(vehicle.J, start=np.diag(xiao2011.INERTIA))
+    orbit_rate = Parameter(unit="rad/s", start=xiao2011.ORBIT_RATE, nominal=1e-3, doc="rate of the orbit, about -y_N")
     phase = Parameter(unit="rad", display_unit="deg", doc="angle along the orbit at t = 0")
 
     q_BN = Input(unit="1", shape=(4,), start=(1.0, 0.0, 0.0, 0.0), doc="attitude of the body, scalar first")

@@ -14,15 +14,16 @@ from typing import Any
 import casadi as ca
 
 from ..framework import Component, Environment, Parameter
+from ..numbers import zhang2018
 
 
 class HarmonicTorque(Component):
     ports = Environment
 
-    bias = Parameter(unit="N.m", shape=(3,), start=(0.0045, 0.0, 0.0045), doc="constant part")
-    sine = Parameter(unit="N.m", shape=(3,), start=(0.0, 0.0045, 0.0045), doc="amplitude of the sine")
-    cosine = Parameter(unit="N.m", shape=(3,), start=(0.0045, 0.0045, 0.0), doc="amplitude of the cosine")
-    frequency = Parameter(unit="rad/s", start=0.0011, doc="angular frequency")
+    bias = Parameter(unit="N.m", shape=(3,), start=zhang2018.BIAS, doc="constant part")
+    sine = Parameter(unit="N.m", shape=(3,), start=zhang2018.SINE, doc="amplitude of the sine")
+    cosine = Parameter(unit="N.m", shape=(3,), start=zhang2018.COSINE, doc="amplitude of the cosine")
+    frequency = Parameter(unit="rad/s", start=zhang2018.ORBIT_RATE, doc="angular frequency")
 
     def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         angle = p.frequency * t

@@ -39,6 +39,7 @@ from ..framework import (
 from ..mathematics import gravity, quaternion
 from ..mathematics.noise import uniform
 from ..mathematics.vectors import direction
+from ..numbers import earth, li2014
 from ..vehicle import quaternion_condition
 
 
@@ -46,15 +47,15 @@ class LowOrbit(Component):
     ports = Environment
     lines: int = 120  # structural: spectral lines of the gusts
 
-    rho_0 = Parameter(unit="kg/m3", start=6.05585818e-11, doc="density of the air at the altitude h_0")
-    h_0 = Parameter(unit="m", start=260e3, doc="altitude of rho_0")
-    scale_height = Parameter(unit="m", start=45e3, doc="H, height over which the density falls by e")
-    bulge = Parameter(unit="1", start=0.3, doc="b, density of day and night around the mean")
-    CdA = Parameter(unit="m2", start=3.85, doc="drag coefficient times area")
-    solar_force = Parameter(unit="N", start=5.9e-5, doc="F_s, force of the sunlight")
-    sun_N = Parameter(unit="1", shape=(3,), start=(0.6, -0.64, 0.48), doc="unit vector to the Sun")
-    r_cp = Parameter(unit="m", shape=(3,), start=(0.10, 0.02, -0.01), doc="centre of pressure, B axes")
-    earth_radius = Parameter(unit="m", start=gravity.EARTH_RADIUS, doc="radius of the Earth")
+    rho_0 = Parameter(unit="kg/m3", start=li2014.RHO_0, doc="density of the air at the altitude h_0")
+    h_0 = Parameter(unit="m", start=li2014.ALTITUDE, doc="altitude of rho_0")
+    scale_height = Parameter(unit="m", start=li2014.SCALE_HEIGHT, doc="H, height over which the density falls by e")
+    bulge = Parameter(unit="1", start=li2014.BULGE, doc="b, density of day and night around the mean")
+    CdA = Parameter(unit="m2", start=li2014.CDA, doc="drag coefficient times area")
+    solar_force = Parameter(unit="N", start=li2014.SOLAR_FORCE, doc="F_s, force of the sunlight")
+    sun_N = Parameter(unit="1", shape=(3,), start=li2014.SUN_N, doc="unit vector to the Sun")
+    r_cp = Parameter(unit="m", shape=(3,), start=li2014.PRESSURE_CENTRE, doc="centre of pressure, B axes")
+    earth_radius = Parameter(unit="m", start=earth.EARTH_RADIUS, doc="radius of the Earth")
     terminator_width = Parameter(unit="m", start=2e5, doc="width of the change from day to night along the Sun's line")
     penumbra_width = Parameter(unit="m", start=2e4, doc="width of the penumbra across the Sun's line")
     gust_density = Parameter(
@@ -62,8 +63,8 @@ class LowOrbit(Component):
         shape=(3,),
         doc="spectral density of the gusts below gust_corner: along the track, lateral (6)",
     )
-    gust_corner = Parameter(unit="1/s", start=0.01, doc="corner frequency f_c of the gusts (Hz)")
-    gust_band = Parameter(unit="1/s", shape=(2,), start=(2e-3, 0.2), doc="lowest and highest frequency (Hz)")
+    gust_corner = Parameter(unit="1/s", start=li2014.GUST_CORNER, doc="corner frequency f_c of the gusts (Hz)")
+    gust_band = Parameter(unit="1/s", shape=(2,), start=li2014.GUST_BAND, doc="lowest and highest frequency (Hz)")
     seed = Parameter(unit="1", start=1.0, doc="seed of the gusts' phases, a whole number")
     gust_frequency = CalculatedParameter(unit="1/s", shape=("lines",), doc="frequencies of the gusts (Hz)")
     gust_amplitude = CalculatedParameter(unit="N", shape=(3, "lines"), doc="amplitudes of the gusts")

@@ -22,15 +22,20 @@ from ..framework import Component, Condition, Input, Output, Parameter, State, n
 from ..framework.ports import NO_ROTATION
 from ..mathematics import quaternion
 from ..mathematics.noise import white
+from ..numbers import li2014
 from ..vehicle import quaternion_condition
 
 
 class ElectrostaticSensor(Component):
-    sample_time = 0.1
+    sample_time = li2014.SAMPLE
 
-    position_noise = Parameter(unit="m/Hz(1/2)", shape=(3,), start=2e-9, doc="density of the noise of the position")
-    attitude_noise = Parameter(unit="rad/Hz(1/2)", shape=(3,), start=150e-9, doc="density of the noise of the attitude")
-    filter_time = Parameter(unit="s", start=0.1, doc="T_f, time constant of the velocity filter")
+    position_noise = Parameter(
+        unit="m/Hz(1/2)", shape=(3,), start=li2014.CAGE_POSITION_NOISE, doc="density of the noise of the position"
+    )
+    attitude_noise = Parameter(
+        unit="rad/Hz(1/2)", shape=(3,), start=li2014.CAGE_ATTITUDE_NOISE, doc="density of the noise of the attitude"
+    )
+    filter_time = Parameter(unit="s", start=li2014.FILTER_TIME, doc="T_f, time constant of the velocity filter")
     seed = Parameter(unit="1", start=22.0, doc="seed of the noise, a whole number")
 
     r_rel_true = Input(unit="m", shape=(3,), start=drag_free.START_R_REL, nominal=1e-3, doc="test mass in its cage, S")

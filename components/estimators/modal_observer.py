@@ -17,8 +17,8 @@ not in the paper; the start value L = 0 is its observer.
 Invariants: the estimate is the truth from a matched start, for any J and torque where L = 0.
 Limits: with L = 0 an error at the start decays with the modes' own damping only; with L, errors of J and of the torque
 enter. Gains of the wrong sign are refused by the sum of the poles of (5), the trace of A - L C; that it is not positive
-does not prove (5) stable: `placed` gives gains that are. A rate held over a step enters as if it had jumped: connect it
-with its end-of-step value or as a ramp.
+does not prove (5) stable: `place_gains` gives gains that are. A rate held over a step enters as if it had jumped:
+connect it with its end-of-step value or as a ramp.
 """
 
 from typing import Any
@@ -89,14 +89,15 @@ class ModalObserver(Component):
         return eta, psi - p.delta @ w  # (4)
 
 
-def placed(J: Any, delta: Any, Omega: Any, zeta: Any, poles: Any) -> tuple[np.ndarray, np.ndarray]:
+def place_gains(J: Any, delta: Any, Omega: Any, zeta: Any, poles: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return L_eta and L_psi that give the error of the estimate the poles, two a mode: for when an FMU is built."""
     from scipy.signal import place_poles  # slow to import, and an FMU on its target has no scipy
 
-    J, delta, Omega, zeta = (np.asarray(v, float) for v in (J, delta, Omega, zeta))
-    n = len(Omega)
-    stiffness, damping = np.diag(Omega**2), np.diag(2 * zeta * Omega)
+    inertia, coupling, frequency, damping_ratio = (np.asarray(v, float) for v in (J, delta, Omega, zeta))
+    n = len(frequency)
+    stiffness, damping = np.diag(frequency**2), np.diag(2 * damping_ratio * frequency)
     A = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]])
-    C = np.linalg.solve(J - delta.T @ delta, delta.T @ np.hstack([stiffness, damping]))  # (5)
-    L = place_poles(A.T, C.T, poles).gain_matrix.T  # (5)
+    C = np.linalg.solve(inertia - coupling.T @ coupling, coupling.T @ np.hstack([stiffness, damping]))  # (5)
+    found: Any = place_poles(A.T, C.T, poles)  # a bunch of results without types
+    L = found.gain_matrix.T  # (5)
     return L[:n], L[n:]

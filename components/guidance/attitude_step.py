@@ -17,6 +17,7 @@ import casadi as ca
 from ..framework import Component, Condition, Guidance, Parameter
 from ..framework.ports import NO_ROTATION
 from ..mathematics import quaternion
+from ..numbers import geng2012
 from ..vehicle import DEGREE, quaternion_condition
 
 
@@ -25,7 +26,7 @@ class AttitudeStep(Component):
 
     q_start = Parameter(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude before the step, scalar first")
     axis = Parameter(unit="1", shape=(3,), start=(0, 1, 0), doc="axis of the turn, unit vector in R")
-    angle = Parameter(unit="rad", start=60 * DEGREE, display_unit="deg", doc="angle of the turn")
+    angle = Parameter(unit="rad", start=geng2012.ANGLE * DEGREE, display_unit="deg", doc="angle of the turn")
     step_time = Parameter(unit="s", doc="time of the step")
 
     def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:

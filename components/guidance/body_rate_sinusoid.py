@@ -20,18 +20,23 @@ from .. import vehicle
 from ..framework import Component, Condition, Guidance, Parameter, State
 from ..framework.ports import NO_ROTATION
 from ..mathematics import quaternion
+from ..numbers import ye2016
 
 
 class BodyRateSinusoid(Component):
     ports = Guidance
 
     amplitude = Parameter(
-        unit="rad/s", shape=(3,), start=0.02, display_unit="deg/s", doc="amplitude of the rate about x, y, z"
+        unit="rad/s",
+        shape=(3,),
+        start=ye2016.RATE_AMPLITUDE,
+        display_unit="deg/s",
+        doc="amplitude of the rate about x, y, z",
     )
     frequency = Parameter(
         unit="rad/s",
         shape=(3,),
-        start=2 * np.pi / np.array([800.0, 600.0, 400.0]),
+        start=2 * np.pi / ye2016.RATE_PERIOD,
         doc="angular frequency of the rate about x, y, z",
     )
     phase = Parameter(unit="rad", shape=(3,), display_unit="deg", doc="phase at t = 0 of the rate about x, y, z")

@@ -20,6 +20,7 @@ import casadi as ca
 
 from ..framework import Component, Guidance, Parameter
 from ..mathematics import euler
+from ..numbers import zhang2018
 from ..vehicle import DEGREE
 
 
@@ -29,11 +30,13 @@ class EulerSinusoid(Component):
     amplitude = Parameter(
         unit="rad",
         shape=(3,),
-        start=(0.5 * DEGREE, 1.0 * DEGREE, -0.5 * DEGREE),
+        start=[angle * DEGREE for angle in zhang2018.AMPLITUDE],
         display_unit="deg",
         doc="amplitude of roll, pitch, yaw",
     )
-    frequency = Parameter(unit="rad/s", shape=(3,), start=0.1, doc="angular frequency of roll, pitch, yaw")
+    frequency = Parameter(
+        unit="rad/s", shape=(3,), start=zhang2018.FREQUENCY, doc="angular frequency of roll, pitch, yaw"
+    )
     phase = Parameter(unit="rad", shape=(3,), display_unit="deg", doc="phase at t = 0 of roll, pitch, yaw")
     bias = Parameter(unit="rad", shape=(3,), display_unit="deg", doc="mean of roll, pitch, yaw")
 

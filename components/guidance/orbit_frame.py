@@ -18,12 +18,15 @@ import casadi as ca
 
 from ..framework import Component, Condition, Guidance, Parameter
 from ..mathematics import gravity
+from ..numbers import xiao2011
 
 
 class OrbitFrame(Component):
     ports = Guidance
 
-    orbit_rate = Parameter(unit="rad/s", start=1.078e-3, nominal=1e-3, doc="rate of the orbit, about -y of the frame")
+    orbit_rate = Parameter(
+        unit="rad/s", start=xiao2011.ORBIT_RATE, nominal=1e-3, doc="rate of the orbit, about -y of the frame"
+    )
     phase = Parameter(unit="rad", display_unit="deg", doc="angle along the orbit at t = 0")
 
     def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:

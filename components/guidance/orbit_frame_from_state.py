@@ -20,14 +20,15 @@ import casadi as ca
 
 from ..framework import Component, Condition, Guidance, Input, Parameter, not_negative, positive
 from ..mathematics import gravity, quaternion
+from ..numbers import earth
 
 
 class OrbitFrameFromState(Component):
     ports = Guidance
 
-    mu = Parameter(unit="m3/s2", start=gravity.MU, doc="gravitational parameter of the Earth")
-    J2 = Parameter(unit="1", start=gravity.J2, doc="oblateness of the Earth; 0: the plane of the orbit is fixed")
-    earth_radius = Parameter(unit="m", start=gravity.EARTH_RADIUS, doc="radius of the Earth")
+    mu = Parameter(unit="m3/s2", start=earth.MU, doc="gravitational parameter of the Earth")
+    J2 = Parameter(unit="1", start=earth.J2, doc="oblateness of the Earth; 0: the plane of the orbit is fixed")
+    earth_radius = Parameter(unit="m", start=earth.EARTH_RADIUS, doc="radius of the Earth")
 
     r_N = Input(unit="m", shape=(3,), start=(6.871e6, 0.0, 0.0), nominal=7e6, doc="position from the Earth's centre")
     v_N = Input(unit="m/s", shape=(3,), start=(0.0, 7616.6, 0.0), nominal=7e3, doc="inertial velocity")

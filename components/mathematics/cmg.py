@@ -3,11 +3,10 @@
     t_0 = g x s_0                                                                                 (1)
     s = s_0 cos gamma + t_0 sin gamma                                                             (2)
     t = t_0 cos gamma - s_0 sin gamma,  s' = gamma' t                                             (3)
-    pyramid of m about z: g_i = [sin b cos f, sin b sin f, cos b], s_i0 = [-sin f, cos f, 0], f = 2 pi (i - 1)/m   (4)
-    h_B' = Q [gamma'; Om'],  Q = [h_i t_i, I_j a_j] with wheels beside them                       (5)
+    h_B' = Q [gamma'; Om'],  Q = [h_i t_i, I_j a_j] with wheels beside them                       (4)
 
 Symbols: a column a gyro; gamma gimbal angle, g gimbal axis, s rotor axis, t the direction that a gimbal rate turns the
-momentum to, s_0 and t_0 at gamma = 0; b skew of the pyramid.
+momentum to, s_0 and t_0 at gamma = 0.
 Source: D. Ye, Z. Sun, Y. Liu, An adaptive control algorithm for hybrid actuator with installation deviation, J. Harbin
 Inst. Tech. 48(11), 2016, equations (3), (5), (11).
 Invariants: (2), (3) are unit vectors if g and s_0 are, and at right angles; s' = gamma' t for any columns s_0, t_0.
@@ -16,18 +15,8 @@ Invariants: (2), (3) are unit vectors if g and s_0 are, and at right angles; s' 
 from typing import Any
 
 import casadi as ca
-import numpy as np
 
 from ..framework import Condition
-
-SKEW = np.radians(54.7356)  # the faces of a cube
-
-
-def pyramid(gyros: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return gimbal axes and rotor axes at gimbal angle 0 of gyros evenly around z."""
-    f = 2 * np.pi * np.arange(gyros) / max(gyros, 1)
-    g = np.array([np.sin(SKEW) * np.cos(f), np.sin(SKEW) * np.sin(f), np.full(gyros, np.cos(SKEW))])
-    return g, np.array([-np.sin(f), np.cos(f), np.zeros(gyros)])  # (4)
 
 
 def transverse(g: Any, s_0: Any) -> Any:
@@ -44,7 +33,7 @@ def rotated(s_0: Any, t_0: Any, gamma: Any) -> tuple[Any, Any]:
 
 def momentum_rates(t: Any, h: Any, spin_axes: Any, inertia: Any) -> Any:
     """Return Q, a column a gyro, then a column a wheel."""
-    return ca.horzcat(t @ ca.diag(h), spin_axes @ ca.diag(inertia))  # (5)
+    return ca.horzcat(t @ ca.diag(h), spin_axes @ ca.diag(inertia))  # (4)
 
 
 def geometry_conditions(g: Any, s_0: Any) -> list[Condition]:

@@ -25,10 +25,8 @@ from typing import Any
 import casadi as ca
 
 from ..framework import Component, Condition, positive
+from ..numbers.earth import EARTH_RADIUS, MU
 
-MU = 3.986004418e14  # m3/s2
-J2 = 1.08262668e-3
-EARTH_RADIUS = 6378136.3  # m
 SURFACE_RATE = (MU / EARTH_RADIUS**3) ** 0.5  # rad/s, of a circular orbit at the surface; no planet has a faster one
 
 E_Z = ca.DM([0, 0, 1])

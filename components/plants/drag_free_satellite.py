@@ -41,6 +41,7 @@ from ..framework import (
     positive,
 )
 from ..mathematics import gravity, quaternion
+from ..numbers import earth, li2014
 from ..vehicle import inertia_conditions, quaternion_condition
 
 
@@ -53,11 +54,13 @@ class DragFreeSatellite(Component):
     D = drag_free.D
     K_r = drag_free.K_r
     D_r = drag_free.D_r
-    r_h = Parameter(unit="m", shape=(3,), start=(0.05, -0.03, 0.02), doc="centre of the cage, S axes")
-    cage_gap = Parameter(unit="m", start=4e-3, display_unit="mm", doc="way of the test mass to its cage, each axis")
-    mu = Parameter(unit="m3/s2", start=gravity.MU, doc="gravitational parameter of the Earth; 0: no gravity")
-    J2 = Parameter(unit="1", start=gravity.J2, doc="oblateness of the Earth")
-    earth_radius = Parameter(unit="m", start=gravity.EARTH_RADIUS, doc="radius of the Earth")
+    r_h = Parameter(unit="m", shape=(3,), start=li2014.CAGE, doc="centre of the cage, S axes")
+    cage_gap = Parameter(
+        unit="m", start=1e-3 * li2014.GAP, display_unit="mm", doc="way of the test mass to its cage, each axis"
+    )
+    mu = Parameter(unit="m3/s2", start=earth.MU, doc="gravitational parameter of the Earth; 0: no gravity")
+    J2 = Parameter(unit="1", start=earth.J2, doc="oblateness of the Earth")
+    earth_radius = Parameter(unit="m", start=earth.EARTH_RADIUS, doc="radius of the Earth")
     J_inverse = CalculatedParameter(unit="1/(kg.m2)", shape=(3, 3), doc="inverse of J")
 
     f_command_S = Input(unit="N", shape=(3,), nominal=1e-2, doc="force of the thrusters at the mass centre")

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from cosim.errors import SimulationError
-from cosim.flights import Locate, Progress, make_folder, refuse_existing, simulate
+from cosim.flights import Locate, Progress, simulate
+from cosim.results.folder import make_folder, refuse_existing
 from cosim.results.result import Result
 from cosim.studies import markdown, metrics, papers, plots
 from cosim.studies.papers.claims import Verdict, judge

@@ -8,11 +8,12 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from components.mathematics import gravity
+from components.numbers.earth import EARTH_RADIUS, J2, MU
 from components.plants.drag_free_satellite import DragFreeSatellite
 
 ZERO = [0.0, 0.0, 0.0]
 QUIET = dict(mu=0.0, D=0.0, D_r=0.0, r_N=ZERO, v_N=ZERO, q_SN=[1, 0, 0, 0])
-EARTH = gravity.Earth(gravity.MU, gravity.J2, gravity.EARTH_RADIUS)
+EARTH = gravity.Earth(MU, J2, EARTH_RADIUS)
 
 
 def test_feedthrough():
@@ -120,15 +121,15 @@ def test_difference_of_gravity_without_cancellation(size):
     """Point mass against extended precision, J2 against differences over a longer base."""
     r = np.array([5534543.169, 2889505.428, 2254871.133])
     s = size * np.array([0.6, -0.64, 0.48])
-    found = numbers(gravity.difference(gravity.Earth(gravity.MU, 0, 1.0), r, s))
+    found = numbers(gravity.difference(gravity.Earth(MU, 0, 1.0), r, s))
     R, d = r.astype(np.longdouble), s.astype(np.longdouble)
     E = R + d
-    far = -np.longdouble(gravity.MU) * (E / np.sqrt((E**2).sum()) ** 3 - R / np.sqrt((R**2).sum()) ** 3)
+    far = -np.longdouble(MU) * (E / np.sqrt((E**2).sum()) ** 3 - R / np.sqrt((R**2).sum()) ** 3)
     assert_allclose(found, far.astype(float), rtol=1e-11 / size, atol=0)
     oblate = numbers(gravity.difference(EARTH, r, s)) - found
     longer = 2e3 / size
     ends = r + longer * s, r - longer * s
-    wide = [earth(end) + gravity.MU * end / np.linalg.norm(end) ** 3 for end in ends]
+    wide = [earth(end) + MU * end / np.linalg.norm(end) ** 3 for end in ends]
     assert_allclose(oblate, (wide[0] - wide[1]) / (2 * longer), rtol=1e-5, atol=1e-7 * np.abs(oblate).max())
 
 

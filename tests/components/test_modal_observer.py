@@ -7,7 +7,7 @@ from helpers import Monolithic, Point, numbers
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
-from components.estimators.modal_observer import ModalObserver, placed
+from components.estimators.modal_observer import ModalObserver, place_gains
 
 OBSERVER = ModalObserver()
 VEHICLE = {n: start(OBSERVER, n) for n in ("J", "delta", "Omega", "zeta")}
@@ -19,7 +19,7 @@ ALL = ("omega_BN_B",)
 
 
 def gains() -> dict:
-    L_eta, L_psi = placed(**VEHICLE, poles=POLES)
+    L_eta, L_psi = place_gains(**VEHICLE, poles=POLES)
     return {"L_eta": L_eta, "L_psi": L_psi}
 
 

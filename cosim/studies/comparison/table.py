@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from cosim.errors import ResultExists, UnknownName
-from cosim.flights import Locate, Progress, make_folder
+from cosim.flights import Locate, Progress
+from cosim.results.folder import make_folder
 from cosim.studies import markdown
 from cosim.studies.comparison import mission
 from cosim.studies.comparison.cell import COLUMNS, INTERRUPTED, Cell, fly

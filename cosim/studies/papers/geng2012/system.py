@@ -1,4 +1,4 @@
-"""The numbers and the experiments of geng2012.
+"""The experiments of geng2012.
 
 Y. Geng, W. Wu, G. Ma, Neural network compensation of flexible satellite rapid maneuver, J. Harbin Inst. Tech. 44(5),
 2012, 31-35, section 4: 60 deg about pitch, two parallel control moment gyros and wheels, inertia 20 % off.
@@ -14,9 +14,34 @@ from typing import Any
 
 import numpy as np
 
+from components.numbers.geng2012 import (
+    ALPHA,
+    ANGLE,
+    DEAD_ZONE,
+    EPSILON,
+    FAR,
+    GAIN,
+    GAMMA,
+    HAND_OVER_TIME,
+    K_0,
+    K_FREQUENCY,
+    LAMBDA_0,
+    NEAR,
+    OMEGA,
+    PLANE_TORQUE,
+    RATE_LIMIT,
+    RHO_0,
+    ROTOR_MOMENTUM,
+    SURFACE,
+    WHEEL_TORQUE,
+    WIDTH,
+    ZETA,
+    F,
+    J,
+    centres,
+)
 from cosim.masters.explicit import Explicit
 from cosim.studies.papers.flight import Flight
-from cosim.studies.papers.geng2012.gains import CENTRES, GAIN, SURFACE
 from cosim.system import Connection, Experiment, System, Value
 
 COMPENSATED, UNCOMPENSATED, LINEAR = "geng2012-compensated", "geng2012-uncompensated", "geng2012-linear"
@@ -24,30 +49,16 @@ PRINTED_GAIN, PRINTED_GAMMA = "geng2012-printed-gain", "geng2012-printed-gamma"
 Z_WHEEL_ONLY, END_PHASE_WHEELS = "geng2012-z-wheel-only", "geng2012-end-phase-wheels"
 WEAK, STRONG = "geng2012-uncompensated-weak", "geng2012-uncompensated-strong"
 
-J = np.array([[70.0, 3.0, 4.0], [3.0, 60.0, 5.0], [4.0, 5.0, 90.0]])  # kg m2, nominal
 MISMATCH = 1.2  # true J over nominal J
-F = [  # kg^1/2 m; a row an axis, a column a mode
-    [6.45637, -1.25619, 1.11687, 1.23637],
-    [1.27814, 0.91756, 2.48901, -2.65810],
-    [2.15629, -1.67264, -0.83674, -1.12503],
-]
-OMEGA = [0.7681, 1.1038, 1.8733, 2.5496]  # rad/s
-ZETA = [0.005607, 0.008620, 0.01283, 0.02516]
 DISTURBANCE, ORBIT_RATE = 1.5e-5, -0.0011  # A0 in N m, w0 in rad/s
-ANGLE = 60.0  # deg, about y
 
 # Cluster
-ROTOR_MOMENTUM = 15.0  # N m s
 GIMBAL_ANGLES = [np.pi / 4, 5 * np.pi / 4]
-PLANE_TORQUE, WHEEL_TORQUE = 3.5, 0.25  # N m
-RATE_LIMIT = PLANE_TORQUE / ROTOR_MOMENTUM  # rad/s
-DEAD_ZONE = 0.02  # deg/s
 WHEEL_INERTIA = 0.02  # kg m2
 
 # Law
-RHO_0, WEAK_RHO_0, STRONG_RHO_0 = 0.15, 0.02, 0.5  # N m
-GAMMA, GAMMA_PRINTED = 1.0, 0.01  # 1/s
-EPSILON, WIDTH = 1e-3, 1.0
+WEAK_RHO_0, STRONG_RHO_0 = 0.02, 0.5  # N m
+GAMMA_PRINTED = 0.01  # 1/s
 
 STOP_TIME = 100.0  # s
 
@@ -129,7 +140,7 @@ def _flight(
             "spin_axes_B": np.eye(3),
         },
         parameters={
-            "plant.J": Value(MISMATCH * J, "kg.m2"),  # the controller does not know
+            "plant.J": Value(MISMATCH * np.array(J), "kg.m2"),  # the controller does not know
             "plant.q_BN": [1.0, 0.0, 0.0, 0.0],
             "plant.omega_BN_B": Value([0.0, 0.0, 0.0], "rad/s"),
             "guidance.axis": [0.0, 1.0, 0.0],
@@ -194,23 +205,22 @@ def _cluster() -> dict[str, Any]:
         "*.gimbal_dead_zone": Value(DEAD_ZONE, "deg/s"),
         "*.wheel_torque_limit": Value([WHEEL_TORQUE] * 3, "N.m"),
         "steering.plane_torque_limit": Value(PLANE_TORQUE, "N.m"),
-        "steering.near": Value(0.3, "deg"),
-        "steering.far": Value(1.0, "deg"),
-        "steering.hand_over_time": 4.0,
-        "steering.lambda_0": 0.01,
-        "steering.alpha": 10.0,
-        "steering.k_0": 0.1,
-        "steering.k_frequency": 1.0,
+        "steering.near": Value(NEAR, "deg"),
+        "steering.far": Value(FAR, "deg"),
+        "steering.hand_over_time": HAND_OVER_TIME,
+        "steering.lambda_0": LAMBDA_0,
+        "steering.alpha": ALPHA,
+        "steering.k_0": K_0,
+        "steering.k_frequency": K_FREQUENCY,
     }
 
 
 def _law() -> dict[str, Any]:
     states = ("e", "eta", "omega", "eta_dot")
-    centres = {f"controller.{n}_centres": CENTRES[k : k + 3] for n, k in (("angle", 0), ("omega", 3), ("torque", 6))}
     return {
         **{f"controller.G_{n}": GAIN[n] for n in states},
         **{f"controller.D_{n}": SURFACE[n] for n in states},
-        **centres,
+        **{f"controller.{n}_centres": rows for n, rows in centres().items()},
         **{f"controller.{n}_width": WIDTH for n in ("angle", "omega", "torque")},
         "controller.epsilon": EPSILON,
     }

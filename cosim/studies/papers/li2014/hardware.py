@@ -6,23 +6,37 @@ N m; position and attitude in the cage as seen by LISA Pathfinder's; star tracke
 
 from typing import Any
 
+from components.numbers.li2014 import (
+    ATTITUDE_NOISE,
+    CAGE_ATTITUDE_NOISE,
+    CAGE_POSITION_NOISE,
+    FILTER_TIME,
+    MICRO,
+    RATE_NOISE,
+    SUSPENSION_TORQUE,
+    THRUST,
+    THRUST_NOISE,
+    THRUST_QUANTUM,
+    THRUST_RATE,
+    THRUSTER_TORQUE,
+)
 from cosim.system import Value
 
 
 def hardware() -> dict[str, Any]:
     """Return the parameters of thrusters, suspension and sensors."""
-    micro = 0.65e-3
+    (least, most), micro = THRUST, MICRO
     return {
-        "actuators.force_lower": Value([1e-3, -micro, -micro], "N"),
-        "actuators.force_upper": Value([20e-3, micro, micro], "N"),
-        "actuators.force_rate": Value([2.5e-3, 0.0, 0.0], "N/s"),
-        "actuators.force_quantum": Value([12e-6, 0.0, 0.0], "N"),
-        "actuators.force_noise": Value([12e-6, 0.0, 0.0], "N/Hz(1/2)"),
-        "actuators.torque_limit": Value([1e-3] * 3, "N.m"),
-        "suspension.torque_limit": Value([2e-8] * 3, "N.m"),
-        "sensor.attitude_noise": Value([1e-5] * 3, "rad/Hz(1/2)"),
-        "sensor.rate_noise": Value([1e-6] * 3, "rad/s/Hz(1/2)"),
-        "cage_sensor.position_noise": Value([2e-9] * 3, "m/Hz(1/2)"),
-        "cage_sensor.attitude_noise": Value([150e-9] * 3, "rad/Hz(1/2)"),
-        "cage_sensor.filter_time": Value(0.1, "s"),
+        "actuators.force_lower": Value([least, -micro, -micro], "N"),
+        "actuators.force_upper": Value([most, micro, micro], "N"),
+        "actuators.force_rate": Value([THRUST_RATE, 0.0, 0.0], "N/s"),
+        "actuators.force_quantum": Value([THRUST_QUANTUM, 0.0, 0.0], "N"),
+        "actuators.force_noise": Value([THRUST_NOISE, 0.0, 0.0], "N/Hz(1/2)"),
+        "actuators.torque_limit": Value([THRUSTER_TORQUE] * 3, "N.m"),
+        "suspension.torque_limit": Value([SUSPENSION_TORQUE] * 3, "N.m"),
+        "sensor.attitude_noise": Value([ATTITUDE_NOISE] * 3, "rad/Hz(1/2)"),
+        "sensor.rate_noise": Value([RATE_NOISE] * 3, "rad/s/Hz(1/2)"),
+        "cage_sensor.position_noise": Value([CAGE_POSITION_NOISE] * 3, "m/Hz(1/2)"),
+        "cage_sensor.attitude_noise": Value([CAGE_ATTITUDE_NOISE] * 3, "rad/Hz(1/2)"),
+        "cage_sensor.filter_time": Value(FILTER_TIME, "s"),
     }

@@ -1,4 +1,4 @@
-"""The numbers and the experiments of xiao2011.
+"""The experiments of xiao2011.
 
 B. Xiao, Q. Hu, G. Ma, Adaptive L2-gain controller for flexible spacecraft attitude tracking, Control Theory &
 Applications 28(1), 2011, 101-107, section 4.
@@ -20,6 +20,24 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from components.numbers.xiao2011 import (
+    C_1,
+    C_2,
+    G_MIN,
+    GAMMA,
+    INERTIA,
+    LARGE,
+    NODES,
+    ORBIT_RATE,
+    P_1,
+    PID_GAINS,
+    SIGMA,
+    SMALL,
+    U_MAX,
+    K,
+    initial_angles,
+    initial_weights,
+)
 from cosim.arrays import FloatArray
 from cosim.masters.explicit import Explicit
 from cosim.studies.papers.flight import Flight
@@ -34,24 +52,15 @@ PID, PID_LARGE, PID_ANTIWINDUP = "xiao2011-pid", "xiao2011-pid-large", "xiao2011
 DELTA = np.diag([0.3, 1.8, -21.0])  # kg^1/2 m
 OMEGA = [1.02, 1.02, 1.1316]  # rad/s
 XI = 0.03
-ORBIT_RATE = 1.078e-3  # rad/s
-U_MAX = 0.2  # N m
-C_1 = C_2 = 100.0
-K, P_1, GAMMA = 5.0, 10.0, 0.2
-NODES, SIGMA = 5, 1.5
-PID_GAINS = [2500.0, 50.0, 4000.0]  # of the angle, its integral, its rate
 
 # Chosen
-INERTIA = [1200.0, 1000.0, 1500.0]  # kg m^2
 DISTURBANCE = 1e-3 * np.array([[1.0, 0.0, 1.0], [0.0, 1.5, 3.0], [3.0, 3.0, 0.0]])  # N m: bias, sine, cosine
 DISTURBANCE_RATE = 10 * ORBIT_RATE
-SMALL, LARGE = 4.4, 22.0  # J_i |theta_i(0)|, kg m^2 (rad)
-G_MIN = U_MAX / 1500.0  # 1/(kg m^2)
 K_LARGE = 0.2  # k that suits case L
 NO_LIMIT = 1e9  # N m
 SHAKE = 22.4, 1e-3  # rad/s, rad/s^2: where the linearised loop has its largest gain
 OVERLOAD = 0.3  # N m an axis, more than the wheels have
-W_F, W_G = np.random.default_rng(2011).uniform(size=(2, 3, NODES))
+W_F, W_G = initial_weights()
 
 MEASURED = ["q_BN", "omega_BN_B"]
 REFERENCE = ["q_RN", "omega_RN_R", "omega_dot_RN_R"]
@@ -106,11 +115,6 @@ def pid_large() -> Flight:
 def pid_antiwindup() -> Flight:
     """PID control with conditional integration, case L."""
     return _pid(PID_ANTIWINDUP, size=LARGE, conditional=1.0)
-
-
-def initial_angles(size: float) -> FloatArray:
-    """Return Theta(0), rad, of a case."""
-    return size * np.array([1.0, -1.0, 1.0]) / INERTIA
 
 
 def initial_attitude(size: float) -> tuple[FloatArray, FloatArray]:

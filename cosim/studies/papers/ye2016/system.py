@@ -1,4 +1,4 @@
-"""The numbers and the six experiments of ye2016.
+"""The six experiments of ye2016.
 
 D. Ye, Z. Sun, Y. Liu, An adaptive control algorithm for hybrid actuator with installation deviation, J. Harbin Inst.
 Tech. 48(11), 2016, 10.11918/j.issn.0367-6234.2016.11.002, section 4. Four gyros in a pyramid, three wheels on the body
@@ -15,6 +15,19 @@ from typing import Any
 
 import numpy as np
 
+from components.numbers import ye2016 as numbers
+from components.numbers.ye2016 import (
+    ALPHA_F,
+    ALPHA_G,
+    BETA_G,
+    DELTA_G,
+    K_1,
+    K_2,
+    RATE_AMPLITUDE,
+    RATE_PERIOD,
+    J,
+    pyramid,
+)
 from cosim.arrays import FloatArray
 from cosim.masters.explicit import Explicit
 from cosim.studies.papers.flight import Flight
@@ -24,16 +37,10 @@ NONADAPTIVE, ADAPTIVE, PRINTED = "ye2016-nonadaptive", "ye2016-adaptive", "ye201
 NONADAPTIVE_SLOW, ADAPTIVE_SLOW = "ye2016-nonadaptive-slow", "ye2016-adaptive-slow"
 PERFECT = "ye2016-perfect"
 
-J = [[120.0, 2.0, -1.5], [2.0, 110.0, 1.0], [-1.5, 1.0, 90.0]]  # kg m2
-ROTOR_MOMENTUM = [8.0] * 4  # N m s
-WHEEL_INERTIA = [0.02] * 3  # kg m2
+ROTOR_MOMENTUM = [numbers.ROTOR_MOMENTUM] * 4  # N m s
+WHEEL_INERTIA = [numbers.WHEEL_INERTIA] * 3  # kg m2
 WHEEL_SPEED = [100.0, -80.0, 60.0]  # rad/s, at the start
-SKEW = np.radians(54.7356)
-_AROUND = np.radians([0.0, 90.0, 180.0, 270.0])
-GIMBAL_AXES = np.array(
-    [np.sin(SKEW) * np.cos(_AROUND), np.sin(SKEW) * np.sin(_AROUND), np.full(4, np.cos(SKEW))]  # g_i
-)
-ROTOR_AXES = np.array([-np.sin(_AROUND), np.cos(_AROUND), np.zeros(4)])  # s_i0
+GIMBAL_AXES, ROTOR_AXES = pyramid()
 WHEEL_AXES = np.eye(3)
 
 # Deviations, true minus nominal: numpy's default_rng(2016), uniform(-0.05, 0.05), in this order
@@ -60,13 +67,7 @@ WHEEL_DEVIATION = np.array(
 )
 
 # Section 4
-RATE_AMPLITUDE = [0.02, 0.02, 0.02]  # rad/s
-RATE_PERIOD = np.array([800.0, 600.0, 400.0])  # s
-K_1 = np.array([0.08, 0.18, 0.12])  # 1/s2
-K_2 = np.array([0.4, 0.6, 0.5 * np.sqrt(2)])  # 1/s
 ALPHA_F_PRINTED = 1e7  # kg2 m4/s
-ALPHA_G = 1e3  # s
-BETA_G, DELTA_G = 0.05, 0.1
 
 STOP_TIME = 800.0  # s
 STEP = 0.01  # s
@@ -80,7 +81,7 @@ def nonadaptive() -> Flight:
 
 def adaptive() -> Flight:
     """Adaptation at the vehicle's own scale (alpha_F 1e5), poles as printed, figures 4-11."""
-    return _flight(ADAPTIVE, alpha_F=1e5)
+    return _flight(ADAPTIVE, alpha_F=ALPHA_F)
 
 
 def adaptive_printed() -> Flight:
@@ -155,7 +156,7 @@ def _flight(name: str, alpha_F: float, alpha_G: float = ALPHA_G, poles: float = 
             "actuators.gimbal_angle": Value([0.0] * 4, "rad"),
             "actuators.wheel_speed": Value(WHEEL_SPEED, "rad/s"),
             "guidance.q_RN": [1.0, 0.0, 0.0, 0.0],
-            "guidance.amplitude": Value(RATE_AMPLITUDE, "rad/s"),
+            "guidance.amplitude": Value([RATE_AMPLITUDE] * 3, "rad/s"),
             "guidance.frequency": Value(2 * np.pi / RATE_PERIOD, "rad/s"),
             "guidance.phase": Value([0.0, 0.0, 0.0], "rad"),
             "guidance.bias": Value([0.0, 0.0, 0.0], "rad/s"),

@@ -1,4 +1,4 @@
-"""The numbers and the four experiments of zhang2018.
+"""The four experiments of zhang2018.
 
 C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible spacecraft,
 J. Harbin Inst. Tech. 50(4), 2018, 10.11918/j.issn.0367-6234.201612089, section 4.
@@ -17,6 +17,34 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from components.numbers.zhang2018 import (
+    AMPLITUDE,
+    BETA,
+    BIAS,
+    CENTRES,
+    COSINE,
+    DECAY,
+    F_1,
+    FREQUENCY,
+    GAMMA,
+    LAMBDA,
+    OMEGA,
+    ORBIT_RATE,
+    OVERSHOOT,
+    RATE_CENTRES,
+    RHO_0,
+    RHO_INF,
+    SIGMA,
+    SINE,
+    TAU_MU,
+    TAU_W,
+    THETA_0,
+    THETA_DOT_0,
+    WIDTH,
+    ZETA,
+    J,
+    K,
+)
 from cosim.arrays import FloatArray
 from cosim.masters.explicit import Explicit
 from cosim.studies.papers.flight import Flight
@@ -24,39 +52,6 @@ from cosim.system import Connection, Experiment, System, Value
 
 PPATC, ATC = "zhang2018-ppatc", "zhang2018-atc"
 PPATC_HALF, ATC_HALF = "zhang2018-ppatc-half", "zhang2018-atc-half"
-
-# Table 1
-J = [[420.8, 3.6, -4.2], [3.6, 410.6, 9.4], [-4.2, 9.4, 690.7]]  # kg m2
-F_1 = np.array(  # kg^1/2 m; a row an axis, a column a mode of panel 1
-    [[2.62, -1.24e-3, -8.20e-4, 6.44e-1], [6.89e-3, 1.24e-1, 4.37e-1, 6.26e-3], [-3.44e-3, -2.73, -5.08e-2, 3.29e-3]]
-)
-F_2 = -F_1
-OMEGA = 2 * np.pi * np.array([0.379, 1.042, 1.331, 2.226])  # rad/s, of either panel
-ZETA = 0.005
-THETA_0 = [0.25, 0.15, -0.20]  # deg
-THETA_DOT_0 = [0.02, 0.01, -0.02]  # deg/s
-
-# Table 2
-RHO_0, RHO_INF = 0.3, 0.005  # deg
-DECAY = 0.15  # k, 1/s
-OVERSHOOT = 0.0  # delta
-
-# Gains, section 4
-LAMBDA = [0.125, 0.125, 0.125]
-K = [0.5, 0.1, 0.5]
-SIGMA, BETA, GAMMA = 0.01, 0.01, 0.01
-TAU_W, TAU_MU = 0.5, 0.5
-WIDTH = 0.1
-CENTRES = [
-    [-0.25, -0.17, -0.08, 0, 0.08, 0.17, 0.25],
-    [-0.15, -0.10, -0.05, 0, 0.05, 0.10, 0.15],
-    [-0.20, -0.13, -0.07, 0, 0.07, 0.13, 0.20],
-]
-RATE_CENTRES = [
-    [-0.03, -0.02, -0.01, 0, 0.01, 0.02, 0.03],
-    [-0.15, -0.10, -0.05, 0, 0.05, 0.10, 0.15],
-    [-0.03, -0.02, -0.01, 0, 0.01, 0.02, 0.03],  # the first is printed 0.03
-]
 
 STOP_TIME = 200.0  # s
 
@@ -112,21 +107,21 @@ def _flight(name: str, controller: str, gain_factor: float) -> Flight:
         held={"plant.h_B": [0.0, 0.0, 0.0]},
         vehicle={
             "J": Value(J, "kg.m2"),
-            "delta": Value(np.hstack([F_1, F_2]).T, "kg(1/2).m"),
+            "delta": Value(np.hstack([F_1, -F_1]).T, "kg(1/2).m"),
             "Omega": Value(np.tile(OMEGA, 2), "rad/s"),
             "zeta": [ZETA] * 8,
         },
         parameters={
             "plant.q_BN": q_BN,
             "plant.omega_BN_B": Value(omega_BN_B, "rad/s"),
-            "guidance.amplitude": Value([0.5, 1.0, -0.5], "deg"),
-            "guidance.frequency": Value([0.1, 0.1, 0.1], "rad/s"),
+            "guidance.amplitude": Value(AMPLITUDE, "deg"),
+            "guidance.frequency": Value([FREQUENCY] * 3, "rad/s"),
             "guidance.phase": Value([0.0, 0.0, 0.0], "rad"),
             "guidance.bias": Value([0.0, 0.0, 0.0], "rad"),
-            "environment.bias": Value([0.0045, 0.0, 0.0045], "N.m"),
-            "environment.sine": Value([0.0, 0.0045, 0.0045], "N.m"),
-            "environment.cosine": Value([0.0045, 0.0045, 0.0], "N.m"),
-            "environment.frequency": Value(0.0011, "rad/s"),
+            "environment.bias": Value(BIAS, "N.m"),
+            "environment.sine": Value(SINE, "N.m"),
+            "environment.cosine": Value(COSINE, "N.m"),
+            "environment.frequency": Value(ORBIT_RATE, "rad/s"),
             **_gains(gain_factor),
             **(_performance() if controller == "PrescribedPerformance" else {}),
         },

@@ -1,0 +1,29 @@
+"""A rigid spacecraft with four gyros in a pyramid and three wheels on the body axes.
+
+Source: D. Ye, Z. Sun, Y. Liu, An adaptive control algorithm for hybrid actuator with installation deviation, J. Harbin
+Inst. Tech. 48(11), 2016, 10.11918/j.issn.0367-6234.2016.11.002, section 4: reference, weights, adaptation. Chosen: the
+vehicle and its cluster; diagonal gains, a pair of the paper's eigenvalues an axis: -0.2 +- 0.2i, -0.3 +- 0.3i and
+-0.2 sqrt 2, -0.3 sqrt 2.
+"""
+
+import numpy as np
+
+J = [[120.0, 2.0, -1.5], [2.0, 110.0, 1.0], [-1.5, 1.0, 90.0]]  # kg m2
+ROTOR_MOMENTUM = 8.0  # N m s, of each gyro
+WHEEL_INERTIA = 0.02  # kg m2, of each wheel
+SKEW = np.radians(54.7356)  # of the pyramid: the faces of a cube
+
+RATE_AMPLITUDE = 0.02  # rad/s
+RATE_PERIOD = np.array([800.0, 600.0, 400.0])  # s
+K_1 = np.array([0.08, 0.18, 0.12])  # 1/s2
+K_2 = np.array([0.4, 0.6, 0.5 * np.sqrt(2)])  # 1/s
+ALPHA_F = 1e5  # kg2 m4/s, its 1e7 for a vehicle and a cluster of ten times the inertia and momentum
+ALPHA_G = 1e3  # s
+BETA_G, DELTA_G = 0.05, 0.1
+
+
+def pyramid(gyros: int = 4) -> tuple[np.ndarray, np.ndarray]:
+    """Return gimbal axes and rotor axes at gimbal angle 0 of gyros evenly around z, a column a gyro."""
+    f = 2 * np.pi * np.arange(gyros) / max(gyros, 1)
+    g = np.array([np.sin(SKEW) * np.cos(f), np.sin(SKEW) * np.sin(f), np.full(gyros, np.cos(SKEW))])
+    return g, np.array([-np.sin(f), np.cos(f), np.zeros(gyros)])
