@@ -85,9 +85,7 @@ def test_what_is_chosen_but_cannot_be_written_is_an_error(monkeypatch, tmp_path)
 
     monkeypatch.setattr(places.tempfile, "TemporaryFile", refused)  # whoever runs the tests may be allowed everything
     monkeypatch.setenv("ADCS_BUILD", str(tmp_path))
-    with pytest.raises(
-        PlaceUnusable, match=r"is built: Permission denied: .*\.trial-1\. Set ADCS_BUILD to"
-    ):
+    with pytest.raises(PlaceUnusable, match=r"is built: Permission denied: .*\.trial-1\. Set ADCS_BUILD to"):
         places.cache()
 
 

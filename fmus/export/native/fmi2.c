@@ -25,6 +25,8 @@
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wunused-function"
 #pragma GCC diagnostic ignored "-Wunused-parameter"
+#pragma GCC diagnostic ignored "-Wconversion"
+#pragma GCC diagnostic ignored "-Wshadow"
 #endif
 #define CASADI_SYMBOL_EXPORT static
 #include "model.c"
@@ -74,15 +76,15 @@ typedef struct {
     char name[256];
 } Instance;
 
-typedef struct {
+typedef struct { /* an FMU state as a host keeps it, in memory or as bytes; its head tells whose it is */
     char magic[8];
     uint32_t version, size;
     char guid[64];
     State s;
-} Serialized;
+} Saved;
 
 static const char MAGIC[8] = {'a', 'd', 'c', 's', 'f', 'm', 'u', '2'};
-enum { SERIALIZED_VERSION = 1 };
+enum { SAVED_VERSION = 1 };
 
 /* ---- messages --------------------------------------------------------------------------------------------------- */
 
@@ -122,6 +124,12 @@ static fmi2Status admit(const Instance *it, const char *function, int modes)
     State *s = it ? &it->s : NULL;                                                                                     \
     if (admit(it, function, modes) != fmi2OK) return fmi2Error;                                                        \
     (void)s
+
+/* Refuse a null pointer to n values; without values it is allowed. */
+#define NEED(function, pointer, n)                                                                                     \
+    do {                                                                                                               \
+        if ((n) > 0 && !(pointer)) return fail(it, "%s: the pointer " #pointer " is null.", function);                 \
+    } while (0)
 
 static int within(fmi2ValueReference r, int first, int size) { return r - (unsigned)first < (unsigned)size; }
 
@@ -285,7 +293,8 @@ void fmi2FreeInstance(fmi2Component c) { free(c); }
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[])
 {
     ENTER("fmi2SetDebugLogging", ANY);
-    (void)on, (void)n, (void)categories;
+    NEED("fmi2SetDebugLogging", categories, n);
+    (void)on;
     return fmi2OK;
 }
 
@@ -370,6 +379,8 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 {
     size_t i;
     ENTER("fmi2GetReal", INITIALIZATION | STEPPING | TERMINATED | FAILED);
+    NEED("fmi2GetReal", vr, n);
+    NEED("fmi2GetReal", value, n);
     for (i = 0; i < n; i++) {
         if (!within(vr[i], 0, NV)) return no_such_variable(it, "fmi2GetReal", vr[i]);
         if (SAMPLED || within(vr[i], Y0, NY)) show(s);
@@ -385,6 +396,8 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
     size_t i;
     int when;
     ENTER("fmi2SetReal", INSTANTIATED | INITIALIZATION | STEPPING);
+    NEED("fmi2SetReal", vr, n);
+    NEED("fmi2SetReal", value, n);
     when = s->mode == STEPPING ? SET_BETWEEN : SET_BEFORE;
     for (i = 0; i < n; i++) { /* a refused call changes nothing */
         if (!within(vr[i], 0, NV)) return no_such_variable(it, "fmi2SetReal", vr[i]);
@@ -438,6 +451,10 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
     double seed[NV + 1] = {0}, result[NV + 1] = {0};
     size_t i;
     ENTER(function, INITIALIZATION | STEPPING | TERMINATED);
+    NEED(function, unknown, n_unknown);
+    NEED(function, known, n_known);
+    NEED(function, dknown, n_known);
+    NEED(function, dunknown, n_unknown);
     for (i = 0; i < n_known; i++) {
         if (!is_known(s, known[i]))
             return fail(it, "%s: %s is not a known %s.", function, name_of(known[i]), in_words(s->mode));
@@ -458,6 +475,9 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
     static const char function[] = "fmi2SetRealInputDerivatives";
     size_t i;
     ENTER(function, INSTANTIATED | INITIALIZATION | STEPPING);
+    NEED(function, vr, n);
+    NEED(function, order, n);
+    NEED(function, value, n);
     for (i = 0; i < n; i++) {
         if (!within(vr[i], U0, NU) || order[i] < 1 || order[i] > 2)
             return fail(it, "%s: variable %s, order %d: inputs, order 1 or 2 only.", function, name_of(vr[i]),
@@ -482,6 +502,9 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     double seed[NV + 1] = {0}, result[NV + 1] = {0};
     size_t i;
     ENTER(function, STEPPING | TERMINATED);
+    NEED(function, vr, n);
+    NEED(function, order, n);
+    NEED(function, value, n);
     for (i = 0; i < n; i++) {
         if (!within(vr[i], 0, NV) || !(variables[vr[i]].flags & OUTPUT) || order[i] != 1 || SAMPLED)
             return fail(it, "%s: variable %s, order %d: %s.", function, name_of(vr[i]), order[i],
@@ -498,6 +521,11 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 /* ---- step ------------------------------------------------------------------------------------------------------- */
 
 #if SAMPLED
+/* How far from t a sample is due there, s. Rounding parts what is meant to be one time: t0 + n T by eps/2 |n T| for T, as
+ * much for the product, eps/2 |t| for the sum, t by eps/2 |t|: by no more than eps (2 |t| + |t0|), which passes 1 ns at
+ * some 1e6 s. */
+static double slack(const State *s, double t) { return TICK + 4 * DBL_EPSILON * fmax(fabs(t), fabs(s->t0)); }
+
 /* Commit a sample that is due at the beginning of the step, take those inside it, see whether one is due at its end. */
 static void sample_step(State *s, double t, double step)
 {
@@ -508,13 +536,13 @@ static void sample_step(State *s, double t, double step)
         memcpy(X(s->v), s->x_next, NX * sizeof u[0]);
         s->sample++;
     }
-    while ((tick = s->t0 + (double)s->sample * period) < t + step - TICK) {
+    while ((tick = s->t0 + (double)s->sample * period) < t + step - slack(s, t + step)) {
         inputs_at(s, tick - t, u);
         sample_at(s, tick, u);
         memcpy(X(s->v), s->x_next, NX * sizeof u[0]);
         s->sample++;
     }
-    s->due = tick <= t + step + TICK;
+    s->due = tick <= t + step + slack(s, t + step);
 }
 #elif NX
 /* Advance the states by n equal internal steps; step means are the differences of their quantities over the step. */
@@ -565,7 +593,8 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real step, fmi2Boolean no
     sample_step(s, t, step);
 #elif NX
     {
-        const double n = ceil(step / P(s->v)[SOLVER_STEP] - 1e-9);
+        /* A master's step is a difference of two times, each rounded: it may be longer than meant by some ulp of t. */
+        const double n = ceil((step - 4 * DBL_EPSILON * (fabs(t) + step)) / P(s->v)[SOLVER_STEP] - 1e-9);
         integrate(s, t, step, n > 1 ? (int)n : 1);
     }
 #endif
@@ -598,6 +627,7 @@ fmi2Status fmi2CancelStep(fmi2Component c)
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
 {
     ENTER("fmi2GetRealStatus", STEPPING | TERMINATED | FAILED);
+    NEED("fmi2GetRealStatus", value, 1);
     if (kind != fmi2LastSuccessfulTime) return fmi2Discard;
     *value = s->t;
     return fmi2OK;
@@ -606,6 +636,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Rea
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
 {
     ENTER("fmi2GetBooleanStatus", STEPPING | TERMINATED | FAILED);
+    NEED("fmi2GetBooleanStatus", value, 1);
     if (kind != fmi2Terminated) return fmi2Discard;
     *value = fmi2False;
     return fmi2OK;
@@ -615,7 +646,8 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
     fmi2Status function(fmi2Component c, const fmi2StatusKind kind, type *value)                                       \
     {                                                                                                                  \
         ENTER(#function, STEPPING | TERMINATED | FAILED);                                                              \
-        (void)kind, (void)value;                                                                                       \
+        NEED(#function, value, 1);                                                                                     \
+        (void)kind;                                                                                                    \
         return fmi2Discard;                                                                                            \
     }
 NO_STATUS(fmi2GetStatus, fmi2Status)
@@ -624,27 +656,61 @@ NO_STATUS(fmi2GetStringStatus, fmi2String)
 
 /* ---- FMU state -------------------------------------------------------------------------------------------------- */
 
+/* Refuse what is no state of this FMU. A pointer to anything else is read as far as its head goes. */
+static fmi2Status known_state(const Instance *it, const char *function, const void *state)
+{
+    const Saved *saved = (const Saved *)state;
+    if (!saved) return fail(it, "%s: there is no state.", function);
+    if (memcmp(saved->magic, MAGIC, sizeof MAGIC) != 0)
+        return fail(it, "%s: this is no state of an FMU of this kind.", function);
+    if (saved->version != SAVED_VERSION || saved->size != sizeof *saved ||
+        strncmp(saved->guid, MODEL_GUID, sizeof saved->guid) != 0)
+        return fail(it, "%s: the state was saved by another FMU than %s, GUID %s.", function, MODEL_NAME, MODEL_GUID);
+    return fmi2OK;
+}
+
+#define NEED_STATE(function, state)                                                                                    \
+    do {                                                                                                               \
+        if (known_state(it, function, state) != fmi2OK) return fmi2Error;                                              \
+    } while (0)
+
+/* Copy a state into *state, which is made where there is none yet. */
+static fmi2Status keep(const Instance *it, const char *function, const State *s, fmi2FMUstate *state)
+{
+    Saved *saved;
+    NEED(function, state, 1);
+    if (*state) NEED_STATE(function, *state);
+    saved = (Saved *)(*state ? *state : calloc(1, sizeof *saved));
+    if (!saved) return fail(it, "%s: out of memory.", function);
+    memcpy(saved->magic, MAGIC, sizeof MAGIC);
+    saved->version = SAVED_VERSION;
+    saved->size = (uint32_t)sizeof *saved;
+    snprintf(saved->guid, sizeof saved->guid, "%s", MODEL_GUID);
+    memcpy(&saved->s, s, sizeof *s);
+    *state = saved;
+    return fmi2OK;
+}
+
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
     ENTER("fmi2GetFMUstate", ANY);
-    if (!*state) *state = malloc(sizeof *s);
-    if (!*state) return fail(it, "fmi2GetFMUstate: out of memory.");
-    memcpy(*state, s, sizeof *s);
-    return fmi2OK;
+    return keep(it, "fmi2GetFMUstate", s, state);
 }
 
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
 {
     ENTER("fmi2SetFMUstate", ANY);
-    if (!state) return fail(it, "fmi2SetFMUstate: there is no state.");
-    memcpy(s, state, sizeof *s);
+    NEED_STATE("fmi2SetFMUstate", state);
+    memcpy(s, &((const Saved *)state)->s, sizeof *s);
     return fmi2OK;
 }
 
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
-    (void)c;
-    if (!state) return fmi2OK;
+    ENTER("fmi2FreeFMUstate", ANY);
+    if (!state || !*state) return fmi2OK; /* FMI: the call is ignored */
+    NEED_STATE("fmi2FreeFMUstate", *state);
+    memset(*state, 0, sizeof MAGIC); /* another pointer to it is no state any more */
     free(*state);
     *state = NULL;
     return fmi2OK;
@@ -653,42 +719,34 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
 {
     ENTER("fmi2SerializedFMUstateSize", ANY);
-    (void)state;
-    *size = sizeof(Serialized);
+    NEED_STATE("fmi2SerializedFMUstateSize", state);
+    NEED("fmi2SerializedFMUstateSize", size, 1);
+    *size = sizeof(Saved);
     return fmi2OK;
 }
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
 {
-    Serialized out;
     ENTER("fmi2SerializeFMUstate", ANY);
-    if (!state) return fail(it, "fmi2SerializeFMUstate: there is no state.");
-    if (size < sizeof out)
+    NEED_STATE("fmi2SerializeFMUstate", state);
+    if (size < sizeof(Saved))
         return fail(it, "fmi2SerializeFMUstate: %lu bytes, needed are %lu.", (unsigned long)size,
-                    (unsigned long)sizeof out);
-    memset(&out, 0, sizeof out);
-    memcpy(out.magic, MAGIC, sizeof out.magic);
-    out.version = SERIALIZED_VERSION;
-    out.size = (uint32_t)sizeof out;
-    snprintf(out.guid, sizeof out.guid, "%s", MODEL_GUID);
-    memcpy(&out.s, state, sizeof out.s);
-    memcpy(bytes, &out, sizeof out);
+                    (unsigned long)sizeof(Saved));
+    NEED("fmi2SerializeFMUstate", bytes, size);
+    memcpy(bytes, state, sizeof(Saved));
     return fmi2OK;
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
 {
     static const char function[] = "fmi2DeSerializeFMUstate";
-    Serialized in;
+    Saved saved;
     ENTER(function, ANY);
-    if (size >= sizeof in) memcpy(&in, bytes, sizeof in);
-    if (size < sizeof in.magic || memcmp(bytes, MAGIC, sizeof in.magic) != 0)
-        return fail(it, "%s: this is no state of an FMU of this kind.", function);
-    if (size != sizeof in || in.version != SERIALIZED_VERSION || in.size != sizeof in ||
-        strncmp(in.guid, MODEL_GUID, sizeof in.guid) != 0)
-        return fail(it, "%s: the state was saved by another FMU than %s, GUID %s.", function, MODEL_NAME, MODEL_GUID);
-    if (!*state) *state = malloc(sizeof in.s);
-    if (!*state) return fail(it, "%s: out of memory.", function);
-    memcpy(*state, &in.s, sizeof in.s);
-    return fmi2OK;
+    NEED(function, bytes, size);
+    memset(&saved, 0, sizeof saved);
+    memcpy(&saved, bytes, size < sizeof saved ? size : sizeof saved);
+    NEED_STATE(function, &saved);
+    if (size != sizeof saved) return fail(it, "%s: %lu bytes, needed are %lu.", function, (unsigned long)size,
+                                          (unsigned long)sizeof saved);
+    return keep(it, function, &saved.s, state);
 }

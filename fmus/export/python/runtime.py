@@ -5,9 +5,9 @@ called through buffers without allocation.
 
 Initialization mode: calculated parameters, calculated states and step means follow every set; frozen at its exit,
 after the component's conditions have been checked. A step: n equal internal steps of at most solver.step. Sample n
-of a sampled component is due when |t - t0 - n T| <= 1 ns (and rounding) or it has passed; while due, the outputs show what it
-would give, and it is committed at the start of the next step; samples inside a step are taken with the inputs of
-that instant. Outputs are evaluated when they are read.
+of a sampled component is due when |t - t0 - n T| <= 1 ns (and rounding) or it has passed; while due, the outputs
+show what it would give, and it is committed at the start of the next step; samples inside a step are taken with the
+inputs of that instant. Outputs are evaluated when they are read.
 """
 
 import math
@@ -68,6 +68,7 @@ class Runtime:
         self.stepping = False  # initialization mode is over
         self._stale, self._parameters_stale = True, True
         self.t0 = 0.0
+        self.stop: float | None = None
         self._t, self._s, self._h = np.zeros(1), np.zeros(1), np.zeros(1)
         self._u1, self._u2 = np.zeros(sizes[2]), np.zeros(sizes[2])  # input derivatives
         self._derivatives_new, self._derivatives_left = False, False  # given for the next step; any not zero
@@ -127,6 +128,7 @@ class Runtime:
         key = tuple(references)
         index = self._places.get(key)
         if index is None:
+            self._require_variables("fmi2GetReal", key)
             index = self._places[key] = np.array(key, dtype=np.intp)
         return self.v[index].tolist()
 
@@ -146,6 +148,7 @@ class Runtime:
     def _admit(self, references: tuple[int, ...]) -> tuple[np.ndarray, bool]:
         """Return the index of references that may be set now, and whether a parameter is among them; remember both."""
         settable = self._settable[self.stepping]
+        self._require_variables("fmi2SetReal", references)
         for reference in references:
             if not settable[reference]:
                 raise RuntimeFailure(f"fmi2SetReal: variable {self.names[reference]} cannot be set now.")
@@ -153,16 +156,25 @@ class Runtime:
         self._admitted[self.stepping][references] = found
         return found
 
+    def _require_variables(self, function: str, references: Sequence[int]) -> None:
+        for reference in references:
+            if not 0 <= reference < len(self.v):
+                raise RuntimeFailure(f"{function}: there is no Real variable with value reference {reference}.")
+
     def set_input_derivatives(self, references: Sequence[int], orders: Sequence[int], values: Sequence[float]) -> None:
         """Set time derivatives (order 1 or 2) of inputs, for the next step."""
-        self._forget_derivatives()
-        self._derivatives_new = self._derivatives_left = True
-        for reference, order, value in zip(references, orders, values, strict=True):
+        given = list(zip(references, orders, values, strict=True))
+        for reference, order, value in given:  # a refused call changes nothing
+            name = self.names[reference] if 0 <= reference < len(self.v) else "(none)"
             if not self._first_input <= reference < self._first_state or order not in (1, 2):
-                name = self.names[reference]
                 raise RuntimeFailure(
                     f"fmi2SetRealInputDerivatives: variable {name}, order {order}: inputs, order 1 or 2 only."
                 )
+            if not math.isfinite(value):
+                raise RuntimeFailure(f"fmi2SetRealInputDerivatives: variable {name} = {value} is not finite.")
+        self._forget_derivatives()
+        self._derivatives_new = self._derivatives_left = True
+        for reference, order, value in given:
             (self._u1 if order == 1 else self._u2)[reference - self._first_input] = value
 
     # ---- evaluation ----------------------------------------------------------------------------------------
@@ -225,9 +237,16 @@ class Runtime:
 
     # ---- life cycle ----------------------------------------------------------------------------------------
 
-    def setup(self, start_time: float) -> None:
-        """Set the start time (fmi2SetupExperiment)."""
+    def setup(self, start_time: float, stop_time: float | None = None) -> None:
+        """Set the start time, and the stop time where there is one (fmi2SetupExperiment)."""
+        if not math.isfinite(start_time):
+            raise RuntimeFailure(f"fmi2SetupExperiment: start time = {start_time:g} is not finite.")
+        if stop_time is not None and not stop_time >= start_time:
+            raise RuntimeFailure(
+                f"fmi2SetupExperiment: stop time {stop_time:g} s is not after start time {start_time:g} s."
+            )
         self.t0 = self._t[0] = start_time
+        self.stop = stop_time
         self._stale = True
 
     def exit_initialization(self) -> None:
@@ -258,6 +277,8 @@ class Runtime:
             raise RuntimeFailure(f"fmi2DoStep: step {step:g} s is not positive.")
         if not abs(t - self._t.item()) <= TICK + 4 * EPSILON * abs(t):
             raise RuntimeFailure(f"fmi2DoStep: asked to start at {t:.17g} s, the FMU is at {self.t:.17g} s.")
+        if self.stop is not None and t + step > self.stop + TICK + 4 * EPSILON * abs(self.stop):
+            raise RuntimeFailure(f"fmi2DoStep: a step to {t + step:.17g} s passes the stop time {self.stop:.17g} s.")
         self._t[0] = t
         self._forget_derivatives()
         if self._parameters_stale and not self.component.python_only:
@@ -361,7 +382,7 @@ class Runtime:
         return {
             "v": self.v.tolist(),
             "m": self.m.tolist(),
-            "t": [self.t0, self.t],
+            "t": [self.t0, self.t, self.stop],
             "derivatives": [self._u1.tolist(), self._u2.tolist(), self._derivatives_new],
             "samples": [self.sample, self.due, self._x_next.tolist()],
             "flags": [self.stepping, self._stale, self._parameters_stale],
@@ -371,7 +392,7 @@ class Runtime:
         """Take back a state that save returned, of this or another instance of the same component."""
         self.v[:] = state["v"]
         self.m[:] = state["m"]
-        self.t0, self._t[0] = state["t"]
+        self.t0, self._t[0], self.stop = state["t"]
         self._u1[:], self._u2[:], self._derivatives_new = state["derivatives"]
         self._derivatives_left = True
         self.sample, self.due, self._x_next[:] = state["samples"]

@@ -77,7 +77,7 @@ class ComponentSlave(Fmi2Slave):
 
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
         """fmi2SetupExperiment."""
-        self.runtime.setup(start_time)
+        self._guarded(self.runtime.setup)(start_time, stop_time)
 
     def exit_initialization_mode(self):
         """fmi2ExitInitializationMode."""

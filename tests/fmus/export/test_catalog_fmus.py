@@ -1,5 +1,7 @@
 """Every component of the catalog as an FMU of both back ends: FMI's rules, feedthrough, derivatives, independence."""
 
+from zipfile import ZipFile
+
 import fmpy
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from cosim.slaves.fmi2 import FmuSlave
 from fmus.description.names import split_element
 from fmus.export.build import build_reference
 
+from .compiling import complaints
 from .fmi_rules import fmi_rule_breaches
 
 BACKENDS = ("native", "python")
@@ -24,6 +27,12 @@ def fmu(request):
 @pytest.fixture(params=CATALOG)
 def native(request):
     return FmuSlave("unit", build_reference(request.param))
+
+
+def test_its_sources_have_nothing_that_a_compiler_warns_of(native, tmp_path):
+    with ZipFile(native.path) as archive:
+        archive.extractall(tmp_path)
+    assert complaints(tmp_path / "sources", "-fsyntax-only") == ""
 
 
 def begin(slave):

@@ -1,6 +1,8 @@
 """Native FMUs: FMI 2.0's rules, numbers against scipy and the Python twin."""
 
 import math
+from fractions import Fraction
+from itertools import pairwise
 
 import fmpy
 import numpy as np
@@ -69,6 +71,52 @@ def test_internal_steps_divide_the_step(open_slave):
         for i in range(n):
             after = f.advance(0.0, after, u, [0, 0], [0, 0], p, f.calculate(p), i * (step / n), step / n)
         assert slave.get("omega[1]", "omega[2]", "phase") == after.full().ravel().tolist()
+
+
+@pytest.mark.parametrize("start", [0, 10**6, 10**8])
+def test_a_step_that_rounding_has_made_longer_has_no_more_internal_steps(open_slave, start):
+    """A master's step is t_k+1 - t_k, at 1e6 s by some 1e-10 s off 1 ms; the twins count alike."""
+    part = PARTS["Swing"]
+    p, u = (start_vector(g) for g in (part.parameters, part.inputs))
+    c = part.functions.calculate(p)
+    slave, twin = open_slave("Swing").start(start=start), Runtime(part)
+    twin.setup(float(start))
+    twin.exit_initialization()
+    names, lengths = ("omega[1]", "omega[2]", "phase"), set()
+    for k in range(200):
+        for n in (1, 2):
+            t = start + (3 * k + n - 1) / 1000
+            step = start + (3 * k + 2 * n - 1) / 1000 - t
+            x = slave.get(*names)
+            for i in range(n):
+                x = part.functions.advance(t, x, u, [0, 0], [0, 0], p, c, i * (step / n), step / n)
+            slave.doStep(t, step)
+            twin.do_step(t, step)
+            lengths.add(n * 1e-3 < step)
+            assert slave.get(*names) == x.full().ravel().tolist() == twin.get(slave.vr(*names))
+    assert lengths == {True, False}
+
+
+@pytest.mark.parametrize(
+    ("start", "first", "tenths"), [(10**6, 0, 1), (10**8, 0, 1), (0, 10**5, 10001)], ids=["1e6", "1e8", "0 to 1e8"]
+)
+def test_samples_at_large_times_are_neither_lost_nor_doubled(open_slave, start, first, tenths):
+    """At 1e8 s two doubles lie 15 ns apart: more than the 1 ns within which a sample is due."""
+    period = tenths / 10
+    slave, twin = open_slave("Sum").begin(start=start), Runtime(PARTS["Sum"])
+    twin.setup(float(start))
+    slave.set({"sample_time": period})
+    twin.set(slave.vr("sample_time"), [period])
+    slave.exitInitializationMode()
+    twin.exit_initialization()
+    points = [float(start + Fraction(tenths * k, 10)) for k in (0, *range(first + 1, first + 300))]
+    totals = []
+    for t, end in pairwise(points):
+        for one in (slave.doStep, twin.do_step):
+            one(t, end - t)
+        assert slave.get("total", "shown") == twin.get(slave.vr("total", "shown"))
+        totals.append(slave.get("total")[0])
+    assert_allclose(np.diff(totals)[1:], 4 * 0.25 + 0.1 * 0.25, rtol=1e-6)  # one sample a step
 
 
 @all_parts
