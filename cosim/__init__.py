@@ -1,26 +1,33 @@
-"""Co-simulation of attitude-control systems: FMI 2.0 FMUs wired by an explicit master, recorded, judged.
+"""Co-simulation of attitude-control systems: FMI 2.0 FMUs wired by a master, recorded, judged.
 
-What a script needs is here by its name, and loaded when it is first used:
-System, Connection, Experiment, Value, Explicit, Result. The function that flies them is cosim.flights.simulate.
+What a script needs is here by its name, and loaded when it is first used: System, Connection, Experiment, Value, load,
+Library, prepare, simulate, Result.
 """
 
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from cosim.masters.explicit import Explicit
+    from cosim.cli.library import Library
+    from cosim.cli.scenario import load
+    from cosim.flights import Prepared
     from cosim.results.result import Result
-    from cosim.system.system import Connection, Experiment, System, Value
+    from cosim.slaves.slave import Slave
+    from cosim.system import Connection, Experiment, System, Value
+    from cosim.system.swap import SwapReport
 
-__all__ = ["Connection", "Experiment", "Explicit", "Result", "System", "Value"]
+__all__ = ["Connection", "Experiment", "Library", "Result", "System", "Value", "load", "prepare", "simulate"]
 
 _HOMES = {
-    "Connection": "cosim.system.system",
-    "Experiment": "cosim.system.system",
-    "Explicit": "cosim.masters.explicit",
+    "Connection": "cosim.system",
+    "Experiment": "cosim.system",
+    "Library": "cosim.cli.library",
     "Result": "cosim.results.result",
-    "System": "cosim.system.system",
-    "Value": "cosim.system.system",
+    "System": "cosim.system",
+    "Value": "cosim.system",
+    "load": "cosim.cli.scenario",
 }
 
 
@@ -29,3 +36,65 @@ def __getattr__(name: str) -> Any:
     if name in _HOMES:
         return getattr(import_module(_HOMES[name]), name)
     raise AttributeError(f"module 'cosim' has no attribute {name!r}. It offers: {', '.join(__all__)}.")
+
+
+def simulate(
+    system: "System",
+    experiment: "Experiment",
+    *,
+    locate: Callable[[str], Path] | None = None,
+    slaves: "Mapping[str, Slave] | None" = None,
+    swaps: "Sequence[SwapReport]" = (),
+    out: Path | str | None = None,
+    overwrite: bool = False,
+    progress: Callable[[float, float], None] | None = None,
+    format: str = "parquet",
+    metrics: "Callable[[Result], Mapping[str, Any]] | None" = None,
+) -> "Result":
+    """Run an experiment and return what it recorded: `prepare` and `Prepared.fly` (cosim.flights) in one call.
+
+    `locate`: FMU reference -> path; None: `Library()`, which builds what is missing. `metrics` None: those of an
+    attitude run. `slaves`: instances to use instead of FMUs, by instance name. `out`: the result folder.
+    """
+    from cosim import flights
+
+    return flights.simulate(
+        system,
+        experiment,
+        locate=locate or _library(),
+        slaves=slaves,
+        swaps=swaps,
+        out=out,
+        overwrite=overwrite,
+        progress=progress,
+        format=format,
+        metrics=metrics or _attitude,
+    )
+
+
+def prepare(
+    system: "System", locate: Callable[[str], Path] | None = None, *, slaves: "Mapping[str, Slave] | None" = None
+) -> "Prepared":
+    """Read, check, wire and load a system once, to be flown many times with `fly`; a context manager.
+
+    `locate`: FMU reference -> path; None: `Library()`, which builds what is missing. `slaves`: instances to use
+    instead of FMUs, by instance name.
+    """
+    from cosim import flights
+
+    return flights.prepare(system, locate or _library(), slaves=slaves, metrics=_attitude)
+
+
+def _library() -> Callable[[str], Path]:
+    """Return the default library, whose notes, what it builds and why not natively, are lines of logging."""
+    import logging
+
+    from cosim.cli.library import Library
+
+    return Library(note=logging.getLogger(__name__).info)
+
+
+def _attitude(result: "Result") -> Mapping[str, Any]:
+    from cosim.studies.metrics import measure
+
+    return measure(result)

@@ -15,7 +15,7 @@ __all__ = [
 
 @dataclass(eq=False)
 class TimeError(SimulationError):
-    """A time that the master cannot count: not positive, not finite, no whole nanosecond."""
+    """A time that the master cannot count: not positive, not finite, no number of nanoseconds and no fraction."""
 
     name: str
     value: object
@@ -23,7 +23,10 @@ class TimeError(SimulationError):
 
     def __str__(self) -> str:
         """Name, value, problem, what is allowed."""
-        return f"{self.name} is {self.value}: {self.problem}. Times are counted in whole nanoseconds."
+        advice = (
+            "Times are whole nanoseconds or fractions: 0.001, Fraction(1, 30), on the command line 1/30."
+        )
+        return f"{self.name} is {self.value}: {self.problem}. {advice}"
 
 
 @dataclass(eq=False)
@@ -65,8 +68,12 @@ class AlgebraicLoop(SimulationError):
         return f"{' <- '.join(self.path)}: {self.problem}. Give one of these outputs a state, or hold one input."
 
 
-STATUS = {2: "fmi2Discard", 3: "fmi2Error", 4: "fmi2Fatal", 5: "fmi2Pending"}
-"""Names of the FMI statuses that end a call."""
+_STATUS = {2: "fmi2Discard", 3: "fmi2Error", 4: "fmi2Fatal", 5: "fmi2Pending"}
+
+
+def status_name(status: int) -> str:
+    """Return the name of an FMI status that ends a call."""
+    return _STATUS.get(status, f"the illegal status {status}")
 
 
 @dataclass(eq=False)
@@ -120,6 +127,23 @@ class StepFailed(SimulationError):
         last = self.last_successful_time
         reached = f" (last successful time {last:.12g} s)" if last is not None else ""
         return f"{self.component} returned {self.status} at {where}{reached}{words}"
+
+
+@dataclass(eq=False)
+class ValueRefused(SimulationError):
+    """A value that an input of another type cannot take; `target`, `source` as "a.x", `time` in s."""
+
+    target: str
+    source: str
+    value: float
+    allowed: Sequence[int]
+    time: float
+
+    def __str__(self) -> str:
+        """Both ends, the value, what is allowed."""
+        there = ", ".join(map(str, self.allowed))
+        what = f"{self.value:g} from {self.source} at {self.time:.12g} s"
+        return f"{self.target} cannot take {what}: its values are {there}."
 
 
 @dataclass(eq=False)

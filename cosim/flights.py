@@ -1,211 +1,313 @@
-"""One call from a system and an experiment to a result."""
+"""From a system and an experiment to a result: prepare once, fly many times; or all in one call."""
 
-import importlib
-import json
-import math
-import tempfile
+import logging
 import time
 from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, nullcontext, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
-import numpy as np
-from numpy.typing import NDArray
-
-from cosim.errors import CallFailed, ResultExists, ResultUnwritable, SimulationError
-from cosim.masters.initialization import initialize
+from cosim.errors import FmuError, ResultUnwritable, SimulationError
+from cosim.masters.explicit import Explicit
+from cosim.masters.initialization.initialize import Initialization
 from cosim.masters.interrupt import interruptible
-from cosim.masters.master import Master
-from cosim.masters.plan import Plan
+from cosim.masters.master import Course, Flown, Master
+from cosim.masters.point import Point
+from cosim.masters.run import run
+from cosim.masters.watch import Watch
 from cosim.results import formats, runinfo
+from cosim.results.folder import clear, refuse_existing, write_info
 from cosim.results.recorder import Recorder
-from cosim.results.result import FILES, INFO, Result
-from cosim.slaves.fmi2 import FmuSlave, Slave
+from cosim.results.result import Judge, Result
+from cosim.slaves import crew as crews
+from cosim.slaves.crew import Crew, Crews
+from cosim.slaves.fmi2 import FmuSlave
+from cosim.slaves.slave import Slave
 from cosim.system.expand import wire
+from cosim.system.overrides import with_parameters
 from cosim.system.swap import SwapReport
 from cosim.system.system import Experiment, System
-from cosim.time import Schedule, to_seconds
+from cosim.system.wiring import Wiring
+from cosim.time import Schedule
 
 Locate = Callable[[str], Path]
 Progress = Callable[[float, float], None]
+
+_log = logging.getLogger(__name__)
+_told: set[str] = set()
 
 
 def simulate(
     system: System,
     experiment: Experiment,
     *,
-    out: Path | str | None = None,
-    slaves: Mapping[str, Slave] | None = None,
     locate: Locate | None = None,
+    slaves: Mapping[str, Slave] | None = None,
+    swaps: Sequence[SwapReport] = (),
+    out: Path | str | None = None,
+    overwrite: bool = False,
     progress: Progress | None = None,
     format: str = "parquet",
-    overwrite: bool = False,
-    swaps: Sequence[SwapReport] = (),
-    metrics: Callable[[Result], Mapping[str, Any]] | None = None,
+    metrics: Judge | None = None,
 ) -> Result:
-    """Run an experiment and return what it recorded.
-
-    `out`: the result folder (None: nothing is left on disk). `slaves`: instances to use instead of FMUs, by instance
-    name. `locate`: FMU reference -> path. `progress(t, stop_time)`, both in s, is called some times a second. `swaps`
-    and the value of `metrics(result)` go into run.json.
-
-    Ctrl-C ends the run between two steps; its result has status "interrupted". A run that its `stop_when` ends is
-    finished, and its info has the `event`. Raises `ResultExists`, `TimeError`,
-    `FmuError`, `WiringErrors`, `CyclicOrder`, `AlgebraicLoop`, `InitializationFailed` before anything is written, and
-    `StepFailed`, or `ResultUnwritable` where the disk is full, once the rows up to the failure are: the exception's
-    `result` has them. Whatever else ends the run is raised too, and run.json says what it was.
-    """
-    began = time.perf_counter()
+    """Run an experiment and return what it recorded; see `prepare` and `Prepared.fly`, which it calls."""
     formats.check_format(format)
-    schedule = Schedule.of(
-        experiment.start_time, experiment.stop_time, experiment.communication_step_size, experiment.every
-    )
-    if out is not None and not overwrite:
-        refuse_existing(Path(out))
-    with ExitStack() as stack:
-        given = dict(slaves or {})
-        paths = {n: find(r, locate) for n, r in system.components.items() if n not in given}
-        used = {n: given[n] if n in given else FmuSlave(n, paths[n]) for n in system.components}
-        wiring = wire(system, {name: slave.description for name, slave in used.items()})
-        plan = experiment.master.plan(wiring, schedule, experiment.record, experiment.stop_when)
-        info = runinfo.setup(system, experiment, wiring, plan, paths, swaps)
-        for slave in used.values():
-            stack.callback(slave.free)
-        values = initialize(plan, wiring, used)
-        folder = Path(out) if out is not None else Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        clear(folder)
-        with _story(folder, info):
-            flight = _fly(experiment.master, plan, used, values, folder, progress)
-            failure = flight.failure
-            for name, slave in used.items():
-                if name != getattr(failure, "component", None):
-                    with suppress(CallFailed):
-                        slave.terminate()
-            if out is not None:
-                try:
-                    formats.convert(folder, format)
-                except ResultUnwritable as error:  # the stream stays, and is as good
-                    failure = failure or error
-            result = Result.read(folder)
-            result.folder = folder if out is not None else None
-            reached = float(result.time[-1]) if len(result) else None
-            event = None if flight.interrupted else runinfo.event(wiring, experiment.stop_when, reached)
-            result.info = info | runinfo.ending(schedule, reached, failure, event) | {"rows": len(result)}
-            if metrics is not None:
-                # of a run that failed too; what ended it must not be hidden by what is made of its rows
-                with suppress(Exception) if failure is not None else nullcontext():
-                    result.info["metrics"] = {key: _finite(value) for key, value in metrics(result).items()}
-            result.info["wall_time"] = {"total": time.perf_counter() - began, "loop": flight.wall_time}
-            _write_info(folder, result.info)
-    if failure is not None:
-        if isinstance(failure, SimulationError):
-            failure.result = result
-        raise failure
-    return result
+    folder = None if out is None else Path(out).absolute()
+    if folder is not None and not overwrite:
+        refuse_existing(folder)
+    with prepare(system, locate, slaves=slaves, swaps=swaps, metrics=metrics) as prepared:
+        return prepared.fly(experiment, out=folder, overwrite=overwrite, progress=progress, format=format)
 
 
-@contextmanager
-def _story(folder: Path, info: Mapping[str, Any]) -> Generator[None]:
-    """Have run.json say "running" within, and why it ended if an exception leaves."""
-    _write_info(folder, {**info, "status": "running"})
-    try:
-        yield
-    except BaseException as error:
-        with suppress(ResultUnwritable):
-            _write_info(folder, {**info, **runinfo.broken(error)})
-        raise
+def prepare(
+    system: System,
+    locate: Locate | None = None,
+    *,
+    slaves: Mapping[str, Slave] | None = None,
+    swaps: Sequence[SwapReport] = (),
+    metrics: Judge | None = None,
+) -> "Prepared":
+    """Read, check, wire and load a system once, to be flown many times.
 
+    `locate`: FMU reference -> path; None: references are paths of .fmu files. `slaves`: instances to use instead of
+    FMUs, by instance name. `swaps` go into run.json, and the value of `metrics(result)`, which is `result.metrics`.
+    Raises `FmuError`, `WiringErrors`.
+    """
+    given = dict(slaves or {})
+    paths = {name: find(r, locate) for name, r in system.components.items() if name not in given}
 
-@dataclass(frozen=True)
-class _Flight:
-    wall_time: float
-    failure: Exception | None
-    interrupted: bool
+    def make() -> Crew:
+        return {name: given[name] if name in given else FmuSlave(name, paths[name]) for name in system.components}
 
-
-def _fly(
-    master: Master,
-    plan: Plan,
-    slaves: Mapping[str, Slave],
-    values: NDArray[np.float64],
-    folder: Path,
-    progress: Progress | None,
-) -> _Flight:
-    """Run the loop with the recorder and the progress as its guests; rows are kept whatever ends it."""
-    failure: Exception | None = None
-    interrupted = False
-    began = time.perf_counter()
-    try:
-        with Recorder(folder, plan.columns) as recorder, interruptible() as stop:
-            run = master.steps(plan, slaves, values, recorder.block, stop)
-            try:
-                for done in run:
-                    recorder.look()
-                    if progress is not None:
-                        progress(to_seconds(plan.schedule.point(done)), to_seconds(plan.schedule.stop))
-            except KeyboardInterrupt:
-                interrupted = True  # the last row tells how far it came
-            finally:
-                run.close()
-                interrupted = interrupted or stop()
-    except Exception as error:
-        failure = error
-    return _Flight(time.perf_counter() - began, failure, interrupted)
+    return Prepared(system, paths, make, swaps, metrics)
 
 
 def find(reference: str, locate: Locate | None = None) -> Path:
-    """Return the file of an FMU reference: by `locate` if given, a path to a .fmu file, else from the library."""
+    """Return the file of an FMU reference, by `locate` if given; raises `FmuError` for what is no file then."""
     if locate is not None:
         return locate(reference)
     if reference.endswith(".fmu"):
         return Path(reference)
-    library: Any = importlib.import_module("cosim.cli.library")
-    return library.locate(reference)
+    raise FmuError(Path(reference), "it is no path of a .fmu file. Say where such FMUs are: locate=cosim.Library()")
 
 
-def refuse_existing(folder: Path) -> None:
-    """Raise `ResultExists` if a folder holds a result."""
-    if any((folder / name).exists() for name in FILES):
-        raise ResultExists(folder)
+@dataclass(frozen=True)
+class _Plan:
+    """What flights of one kind share."""
+
+    course: Course
+    initialization: Initialization
+    info: Mapping[str, Any]
 
 
-def make_folder(folder: Path) -> None:
-    """Make a folder for results; raises `ResultUnwritable`."""
+class Prepared:
+    """A system that is ready to fly, again and again, from several threads at once; a context manager.
+
+    Instances are reused (fmi2Reset, else new ones), one set for each flight that goes on at the same time. `close`
+    frees them.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        paths: Mapping[str, Path],
+        make: Callable[[], Crew],
+        swaps: Sequence[SwapReport] = (),
+        metrics: Judge | None = None,
+    ) -> None:
+        self.system = system
+        self._metrics = metrics
+        self._paths, self._swaps = paths, tuple(swaps)
+        self._crews = Crews(make)
+        first = self._crews.take()
+        self._crews.give_back(first, flown=False)
+        self._descriptions = {name: slave.description for name, slave in first.items()}
+        self._wirings = {"": wire(system, self._descriptions)}
+        self._plans: dict[Any, _Plan] = {}
+
+    def __enter__(self) -> "Prepared":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free all instances that do not fly."""
+        self._crews.close()
+
+    def fly(
+        self,
+        experiment: Experiment,
+        *,
+        parameters: Mapping[str, Any] | None = None,
+        record: Sequence[str] | None = None,
+        out: Path | str | None = None,
+        overwrite: bool = False,
+        progress: Progress | None = None,
+        format: str = "parquet",
+    ) -> Result:
+        """Run an experiment and return what it recorded.
+
+        `parameters`, `record`: instead of the system's and the experiment's. `out`: the result folder (None: nothing
+        is left on disk). `progress(t, stop_time)`, both in s, is called some times a second.
+
+        Ctrl-C ends the run within the step that is running, with status "interrupted"; a second one ends it at once. A
+        run that its `stop_when` ends is finished, and its info has the `event`. Raises `ResultExists`, `TimeError`,
+        `WiringErrors`, `CyclicOrder`, `UnknownName`, `AlgebraicLoop`, `InitializationFailed` before anything is
+        written, and `StepFailed`, `ValueRefused`, or `ResultUnwritable` where the disk is full, once the rows up to
+        the failure are: the exception's `result` has them. Whatever else ends the run is raised too, and run.json says
+        what it was.
+        """
+        began = time.perf_counter()
+        formats.check_format(format)
+        folder = None if out is None else Path(out).absolute()
+        if folder is not None and not overwrite:
+            refuse_existing(folder)
+        plan = self._plan(experiment, parameters, tuple(experiment.record if record is None else record))
+        with self._crew() as crew:
+            point = plan.initialization.start(crew, plan.course.schedule.time(0))
+            if folder is not None:
+                clear(folder)
+            with _story(folder, plan.info):
+                flight = _Flight(plan.course, crew, point, folder, progress, plan.info)
+                flight.fly()
+                crews.end(crew, getattr(flight.failure, "component", None))
+                result, failure = self._result(plan, flight, folder, format)
+                result.info["wall_time"] = {"total": time.perf_counter() - began, "loop": flight.wall_time}
+                if folder is not None:
+                    write_info(folder, result.info)
+        if failure is not None:
+            if isinstance(failure, SimulationError):
+                failure.result = result
+            raise failure
+        return result
+
+    @contextmanager
+    def _crew(self) -> Generator[Crew]:
+        crew = self._crews.take()
+        try:
+            yield crew
+        finally:
+            self._crews.give_back(crew)
+
+    def _wiring(self, parameters: Mapping[str, Any] | None) -> Wiring:
+        if not parameters:
+            return self._wirings[""]
+        return wire(with_parameters(self.system, parameters), self._descriptions)
+
+    def _plan(self, experiment: Experiment, parameters: Mapping[str, Any] | None, record: tuple[str, ...]) -> _Plan:
+        """Return what the flight needs beside instances; of flights without parameters of their own it is kept."""
+        schedule = Schedule.of(
+            experiment.start_time, experiment.stop_time, experiment.communication_step_size, experiment.every
+        )
+        master = cast(Master, experiment.master if experiment.master is not None else Explicit())
+        key = (master, schedule, record, experiment.stop_when)
+        known = self._plans.get(key)
+        if known is not None and not parameters:
+            return known
+        timed = master.timed(self._wiring(parameters))
+        course = master.course(timed, schedule, record, experiment.stop_when)
+        info = runinfo.setup(self.system, experiment, timed, course, master, self._paths, self._swaps)
+        plan = _Plan(course, Initialization.of(timed, course.layout), info)
+        if not parameters:
+            self._plans[key] = plan
+        return plan
+
+    def _result(
+        self, plan: _Plan, flight: "_Flight", folder: Path | None, format: str
+    ) -> tuple[Result, Exception | None]:
+        """Return the result of a flight that has ended, and what ended it early."""
+        failure = flight.failure
+        if folder is not None:
+            try:
+                formats.convert(folder, format)
+            except ResultUnwritable as error:  # the stream stays, and is as good
+                failure = failure or error
+        table = flight.recorder.table() if folder is None else Result.read(folder).table
+        result = Result(table, plan.info, folder, self._metrics)
+        reached = float(result.time[-1]) if len(result) else None
+        event = None if flight.interrupted else runinfo.event(self._descriptions, plan.info["stop_when"], reached)
+        result.info |= runinfo.ending(plan.course.schedule, reached, failure, event)
+        result.info |= {"rows": len(result), "loop": {"name": flight.flown.name, "reason": flight.flown.reason}}
+        if self._metrics is not None and folder is not None:
+            # of a run that failed too; what ended it must not be hidden by what is made of its rows
+            with suppress(Exception) if failure is not None else nullcontext():
+                _ = result.metrics
+        return result, failure
+
+
+class _Flight:
+    """One run of the loop, with the recorder and the progress as its guests; rows are kept whatever ends it."""
+
+    def __init__(
+        self,
+        course: Course,
+        crew: Crew,
+        point: Point,
+        folder: Path | None,
+        progress: Progress | None,
+        info: Mapping[str, Any],
+    ) -> None:
+        self.course, self.crew, self.point = course, crew, point
+        self.folder, self.progress, self.info = folder, progress, info
+        schedule = course.schedule
+        rows = schedule.steps // schedule.every + 3
+        self.recorder = Recorder(folder, course.layout.columns, point.texts, rows)
+        self.flown = Flown("none", "nothing was flown")
+        self.failure: Exception | None = None
+        self.interrupted = False
+        self.wall_time = 0.0
+
+    def fly(self) -> None:
+        """Fly to the end; what ends it early stands in `failure` and `interrupted`."""
+        schedule = self.course.schedule
+        began = time.perf_counter()
+        try:
+            with self.recorder as recorder:
+                watch = Watch(self.course.layout, schedule, recorder.block)
+                algorithm, self.flown = self.course.algorithm(self.crew, watch)
+                _tell(self.flown)
+                with interruptible(watch.stop, self._last_words):
+                    going = run(algorithm, self.course.control(), self.point, watch)
+                    try:
+                        for self.point in going:
+                            recorder.look()
+                            if self.progress is not None:
+                                self.progress(schedule.time(self.point.index), schedule.time(schedule.steps))
+                    except KeyboardInterrupt:
+                        self.interrupted = True  # the last row tells how far it came
+                    finally:
+                        going.close()
+                        self.interrupted = self.interrupted or bool(watch.stop.value)
+        except Exception as error:
+            self.failure = error
+        self.wall_time = time.perf_counter() - began
+
+    def _last_words(self) -> None:
+        """Write the rows that there are and say how it ended, for the process ends within a step of an FMU."""
+        if self.folder is not None:
+            self.recorder.flush()
+            write_info(self.folder, {**self.info, "status": "interrupted", "rows": self.recorder.rows})
+
+
+@contextmanager
+def _story(folder: Path | None, info: Mapping[str, Any]) -> Generator[None]:
+    """Have run.json say "running" within, and why it ended if an exception leaves."""
+    if folder is None:
+        yield
+        return
+    write_info(folder, {**info, "status": "running"})
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        problem = "it is a file" if folder.is_file() else error.strerror or str(error)
-        raise ResultUnwritable(folder, problem) from error
+        yield
+    except BaseException as error:
+        with suppress(ResultUnwritable):
+            write_info(folder, {**info, **runinfo.broken(error)})
+        raise
 
 
-def clear(folder: Path) -> None:
-    """Make the folder; remove an older result in it, and nothing else. Raises `ResultUnwritable`."""
-    make_folder(folder)
-    try:
-        for name in FILES:
-            (folder / name).unlink(missing_ok=True)
-    except OSError as error:
-        raise ResultUnwritable(folder, error.strerror or str(error)) from error
-
-
-def _finite(value: Any) -> Any:
-    """Return a metric with None for what is no finite number, which JSON has none for: a run may end far out."""
-    if isinstance(value, list):
-        return [_finite(v) for v in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _write_info(folder: Path, info: Mapping[str, Any]) -> None:
-    """Write run.json whole or not at all. Raises `ResultUnwritable`."""
-    part = folder / f".{INFO}"
-    try:
-        part.write_text(_json(info), encoding="utf-8")
-        part.replace(folder / INFO)
-    except OSError as error:
-        raise ResultUnwritable(folder / INFO, error.strerror or str(error)) from error
-
-
-def _json(info: Mapping[str, Any]) -> str:
-    return json.dumps(info, indent=2, allow_nan=False, default=str) + "\n"
+def _tell(flown: Flown) -> None:
+    """Say once why a run flies in Python that was to fly in the kernel, fifty times faster."""
+    if flown.reason and flown.reason not in _told and not flown.reason.startswith("kernel="):
+        _told.add(flown.reason)
+        _log.warning("the loop runs in Python, not in the kernel, for %s", flown.reason)

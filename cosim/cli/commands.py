@@ -164,6 +164,7 @@ def run(
     from cosim.cli import overrides, scenario
     from cosim.flights import simulate
     from cosim.studies import metrics, papers
+    from cosim.system.overrides import with_parameters
 
     with _reported():
         system, experiment = scenario.load(name)
@@ -175,8 +176,8 @@ def run(
         for swap in swaps:
             console.write_swap(swap)
         for file in params or []:
-            system = overrides.with_parameters(system, overrides.parameter_file(file))
-        system = overrides.with_parameters(system, overrides.assignments(set_ or []))
+            system = with_parameters(system, overrides.parameter_file(file))
+        system = with_parameters(system, overrides.assignments(set_ or []))
         experiment = overrides.with_experiment(experiment, step, stop, every, master, extrapolation)
         folder = out if out is not None else Path("results") / system.name
         with console.progress(system.name) as progress:
@@ -303,8 +304,8 @@ def compare_(
 
 def _tell(name: str, result: "Result", plot: bool, as_published: bool) -> None:
     """Print metrics, the claims that this run decides (of the paper's own parameters only), and the files written."""
-    from cosim.results.result import FILES
-    from cosim.studies import papers, plots
+    from cosim.results.names import FILES
+    from cosim.studies import papers
 
     console.write_summary(result)
     own = result.info["status"] == "finished" and as_published
@@ -317,6 +318,8 @@ def _tell(name: str, result: "Result", plot: bool, as_published: bool) -> None:
         return
     files = [result.folder / file for file in FILES if (result.folder / file).exists()]
     if plot and len(result) > 1:
+        from cosim.studies import plots
+
         drawn = papers.draw_run(name, result) if own else plots.draw({result.info["system"]: result})
         files += plots.save(drawn, result.folder)
         if not drawn:

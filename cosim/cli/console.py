@@ -140,7 +140,8 @@ def note_nothing_drawn() -> None:
 def write_files(paths: Sequence[Path]) -> None:
     """Files that were written."""
     for path in paths:
-        _out.print(f"wrote {path}", markup=False)
+        near = path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
+        _out.print(f"wrote {near}", markup=False)
 
 
 def _figures(value: object) -> str:

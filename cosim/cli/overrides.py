@@ -9,11 +9,10 @@ from typing import Any
 
 from cosim.errors import ParameterError, UnknownName
 from cosim.masters.explicit import Explicit
+from cosim.system import Experiment, System, Value
 from cosim.system.swap import SwapReport, replace
-from cosim.system.system import Experiment, System, Value
 from cosim.time import parse_seconds
 from fmus.description.description import ModelDescription
-from fmus.description.names import split_element, split_port
 from fmus.description.read import read_description
 
 
@@ -47,30 +46,6 @@ def assignments(texts: Iterable[str]) -> dict[str, Any]:
             )
         values[name.strip()] = Value(value.strip())
     return values
-
-
-def with_parameters(system: System, values: Mapping[str, Any]) -> System:
-    """Return the system with parameters set, or held inputs where a name is one; they win over its own entries."""
-    held = {name: value for name, value in values.items() if {name, split_element(name)[0]} & system.held.keys()}
-    parameters = dict(system.parameters)
-    for name, value in values.items():
-        if name not in held:
-            _set(parameters, name, value)
-    return changed(system, parameters=parameters, held=system.held | held)
-
-
-def _set(parameters: dict[str, Any], name: str, value: Any) -> None:
-    """Set one entry, and have older ones of more specific names not undo it: of single instances, of elements."""
-    instance, variable = split_port(name)
-    base, index = split_element(variable)
-    older = [(key, *split_port(key)) for key in parameters]
-    same = [(key, i, v) for key, i, v in older if split_element(v)[0] == base and instance in ("*", i)]
-    for key, i, _ in same:
-        if not index:
-            del parameters[key]
-        elif instance == "*" and i != "*":
-            parameters[f"{i}.{variable}"] = value
-    parameters[name] = value
 
 
 def parse_degrees(text: str, name: str) -> float:

@@ -11,7 +11,7 @@ from types import ModuleType
 
 from cosim.errors import SimulationError, UnknownName
 from cosim.studies import papers
-from cosim.system.system import Experiment, System
+from cosim.system import Experiment, System
 
 Scenario = tuple[System, Experiment]
 

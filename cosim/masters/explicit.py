@@ -1,17 +1,18 @@
 """The explicit master: each component steps once per communication step; the timing of each input is data."""
 
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
 from cosim.errors import NotSupported, UnknownName
-from cosim.masters import loop, planning
-from cosim.masters.kernel import kernel
-from cosim.masters.master import Block
-from cosim.masters.plan import Plan
+from cosim.masters.control.constant import Constant
+from cosim.masters.kernel.kernel import Kernel
+from cosim.masters.kernel.library import obstacle
+from cosim.masters.layout import Layout
+from cosim.masters.master import Algorithm, Control, Flown
+from cosim.masters.stepping import Stepping
+from cosim.masters.turns import Turns, extrapolated
+from cosim.masters.watch import Watch
 from cosim.slaves.slave import Slave
 from cosim.system.wiring import Link, Wiring
 from cosim.time import Schedule
@@ -46,10 +47,6 @@ class Explicit:
         if self.extrapolation not in (0, 1, 2):
             raise NotSupported(f"extrapolation of order {self.extrapolation}", "Choose 0, 1 or 2.")
 
-    def plan(self, wiring: Wiring, schedule: Schedule, record: Sequence[str], stop_when: str = "") -> Plan:
-        """Turn a checked wiring into plain data; see `Master.plan`."""
-        return planning.build(self.timed(wiring), schedule, record, self.extrapolation, stop_when)
-
     def timed(self, wiring: Wiring) -> Wiring:
         """Return the wiring with the timings of the preset, centred where that is asked for and can be."""
         place = {name: i for i, name in enumerate(wiring.components)}
@@ -61,24 +58,54 @@ class Explicit:
             if self.preset != "declared":
                 earlier = place[link.source.component] < place[link.target.component]
                 chosen = "after_step" if self.preset == "gauss_seidel" and earlier else "at_point"
-            centred = self.centred and wiring.descriptions[link.target.component].refresh
+            real = {wiring.variable(link.source).type, wiring.variable(link.target).type} == {"Real"}
+            centred = self.centred and real and wiring.descriptions[link.target.component].refresh
             return "centred" if centred and chosen == "after_step" else chosen
 
         return replace(wiring, links=tuple(replace(link, timing=timing(link)) for link in wiring.links))
 
-    def steps(
-        self,
-        plan: Plan,
-        slaves: Mapping[str, Slave],
-        values: NDArray[np.float64],
-        block: Block,
-        stop: Callable[[], bool],
-    ) -> Generator[int]:
-        """Run from the initialized slaves to the stop time; see `Master.steps`."""
-        reason = "" if self.kernel != "never" else 'kernel="never"'
-        reason = reason or kernel.obstacle(slaves)
+    def course(
+        self, wiring: Wiring, schedule: Schedule, record: Sequence[str], stop_when: str = ""
+    ) -> "ExplicitCourse":
+        """Apply the settings to a timed wiring; see `Master.course`."""
+        layout = Layout.of(wiring, record, stop_when, lambda link: extrapolated(wiring, link, self.extrapolation))
+        return ExplicitCourse(self, Turns.of(wiring, layout, schedule, self.extrapolation))
+
+
+@dataclass(frozen=True)
+class ExplicitCourse:
+    """The explicit master over one wiring and one schedule."""
+
+    master: Explicit
+    turns: Turns
+
+    @property
+    def layout(self) -> Layout:
+        """Where every value has its place."""
+        return self.turns.layout
+
+    @property
+    def schedule(self) -> Schedule:
+        """The communication points."""
+        return self.turns.schedule
+
+    @property
+    def order(self) -> Sequence[str]:
+        """Instance names in stepping order."""
+        return [turn.component.name for turn in self.turns.all]
+
+    def algorithm(self, slaves: Mapping[str, Slave], watch: Watch) -> tuple[Algorithm, Flown]:
+        """Return the kernel where it can fly these instances and may, else the loop in Python.
+
+        Raises `NotSupported` where only the kernel may, and cannot.
+        """
+        reason = 'kernel="never"' if self.master.kernel == "never" else obstacle(slaves)
         if not reason:
-            return kernel.steps(plan, slaves, values, block, stop)
-        if self.kernel == "always":
+            return Kernel(self.turns, slaves, watch), Flown("kernel")
+        if self.master.kernel == "always":
             raise NotSupported(f'kernel="always": {reason}', 'Choose kernel="auto".')
-        return loop.steps(plan, slaves, values, block, stop)
+        return Stepping(self.turns, slaves), Flown("python", reason)
+
+    def control(self) -> Control:
+        """Return the control of the steps: all of one size."""
+        return Constant(self.schedule)

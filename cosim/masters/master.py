@@ -1,57 +1,97 @@
-"""What every master is, and the block of rows that it fills."""
+"""What a master is made of: settings, an algorithm, a control. Layout, point, initialization are the same for all."""
 
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-from cosim.masters.plan import Plan
+from cosim.masters.layout import Layout
+from cosim.masters.point import Point
+from cosim.masters.watch import Watch
 from cosim.slaves.slave import Slave
 from cosim.system.wiring import Wiring
 from cosim.time import Schedule
 
-FloatArray = NDArray[np.float64]
+
+@dataclass(frozen=True)
+class Outcome:
+    """Where an algorithm came: the point, an estimate of its error (None: it has none), evaluations of the FMUs."""
+
+    point: Point
+    error: float | None = None
+    evaluations: int = 1
 
 
-class Block:
-    """Preallocated rows: `data` has shape (capacity, 1 + columns), time in s first; the first `count` rows are valid.
+class Algorithm(Protocol):
+    """Goes from one communication point to a later one.
 
-    A row counts only once it is complete, so that an interrupted step leaves no half row.
+    `records`: it writes the rows of the points that it passes itself, heeds the `Watch` that it was made with, and may
+    come less far than asked. Another one goes to `until` and leaves rows to the loop.
     """
 
-    def __init__(self, capacity: int, columns: int) -> None:
-        self.data: FloatArray = np.empty((capacity, 1 + columns))
-        self.count = 0
+    @property
+    def records(self) -> bool:
+        """Whether it writes rows itself."""
+        ...
+
+    def advance(self, point: Point, until: int) -> Outcome:
+        """Take the instances, which stand at `point`, towards communication point `until`; raises `StepFailed`."""
+        ...
+
+
+class Control(Protocol):
+    """Decides how far an algorithm goes, and whether its step counts."""
+
+    def until(self, point: Point, *, far: bool) -> int:
+        """Return the communication point to go to from here; `far`: as far as nothing is to be decided before."""
+        ...
+
+    def accepts(self, outcome: Outcome) -> bool:
+        """Whether a step counts; one that does not is taken back and taken again."""
+        ...
+
+
+@dataclass(frozen=True)
+class Flown:
+    """Which loop flies a run: its name, and why it is not the kernel ("" if it is)."""
+
+    name: str
+    reason: str = ""
+
+
+class Course(Protocol):
+    """A master's settings applied to one wiring and one schedule: all that a flight needs beside instances."""
 
     @property
-    def full(self) -> bool:
-        """Whether there is no room for another row."""
-        return self.count == len(self.data)
+    def layout(self) -> Layout:
+        """Where every value has its place."""
+        ...
 
-    def append(self, time: float, row: FloatArray) -> None:
-        """Add a row; `row` has shape (columns,)."""
-        self.data[self.count, 0] = time
-        self.data[self.count, 1:] = row
-        self.count += 1
+    @property
+    def schedule(self) -> Schedule:
+        """The communication points."""
+        ...
+
+    @property
+    def order(self) -> Sequence[str]:
+        """Instance names in stepping order."""
+        ...
+
+    def algorithm(self, slaves: Mapping[str, Slave], watch: Watch) -> tuple[Algorithm, Flown]:
+        """Return the algorithm over some instances."""
+        ...
+
+    def control(self) -> Control:
+        """Return the control of the steps."""
+        ...
 
 
 class Master(Protocol):
-    """A master algorithm: settings, and two methods. Initialization is the same for all (initialization.py)."""
+    """Settings of a master algorithm, a frozen dataclass."""
 
-    def plan(self, wiring: Wiring, schedule: Schedule, record: Sequence[str], stop_when: str = "") -> Plan:
-        """Turn a checked wiring into plain data; raises `CyclicOrder`, `NotSupported`, `UnknownName`."""
+    def timed(self, wiring: Wiring) -> Wiring:
+        """Return the wiring with the timings that this master flies."""
         ...
 
-    def steps(
-        self, plan: Plan, slaves: Mapping[str, Slave], values: FloatArray, block: Block, stop: Callable[[], bool]
-    ) -> Generator[int]:
-        """Run from the initialized slaves to the stop time.
-
-        `values` are those of the plan's slots at the start. Rows go to `block`; the generator yields the number of
-        finished steps whenever the caller may look: the block is full (the caller must empty it), about 0.1 s have
-        passed, or the run ends. `stop` is asked between steps; the run ends early where it answers True, and where the
-        plan's flag is up (`Plan.ends`). However it ends, the row of the last communication point reached is in the
-        block.
-        """
+    def course(self, wiring: Wiring, schedule: Schedule, record: Sequence[str], stop_when: str = "") -> Course:
+        """Apply the settings to a timed wiring; raises `CyclicOrder`, `WiringErrors`, `NotSupported`, `UnknownName`."""
         ...

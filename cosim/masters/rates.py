@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from cosim.errors import WiringError
 from cosim.system.graph import stepping_order
 from cosim.system.wiring import Link, Wiring
-from cosim.time import Schedule, to_seconds
+from cosim.time import Schedule
 
 
 def waiting(wiring: Wiring) -> frozenset[str]:
@@ -34,8 +34,9 @@ def _shortened(wiring: Wiring, schedule: Schedule) -> Iterator[WiringError]:
         step = schedule.step * wiring.period(component)
         rest = (schedule.stop - schedule.start) % step
         if rest and not description.can_handle_variable_step:
-            problem = f"{component} needs a constant communication step, {to_seconds(step)} s, but the last would be"
-            yield WiringError(f"{problem} {to_seconds(rest)} s", "Choose a stop_time that is a multiple of the step.")
+            whole, last = (f"{count / schedule.denominator:.12g} s" for count in (step, rest))
+            problem = f"{component} needs a constant communication step, {whole}, but the last would be {last}"
+            yield WiringError(problem, "Choose a stop_time that is a multiple of the step.")
 
 
 def _mistake(wiring: Wiring, link: Link, late: frozenset[str]) -> WiringError | None:

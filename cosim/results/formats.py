@@ -1,22 +1,24 @@
 """The file formats of a result: parquet, csv, mat, and the stream that a run leaves if it is killed."""
 
+import csv
+import json
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.csv as pa_csv
 import pyarrow.parquet as pq
-from scipy.io import loadmat, savemat
 
 from cosim.errors import ResultUnreadable, ResultUnwritable, UnknownName
 from fmus.description.names import group
-from cosim.results.recorder import STREAM
+from cosim.results.names import FORMATS, STREAM
+from cosim.results.schema import TYPES as ARROW
+from cosim.results.schema import field, items_of, unit_of
 
 ROW_GROUP = 65536
-FORMATS = ("parquet", "csv", "mat")
+Types = Mapping[str, pa.DataType]
 
 
 def convert(folder: Path, kind: str) -> Path:
@@ -44,12 +46,15 @@ def check_format(kind: str) -> None:
         raise UnknownName("format", kind, "results", FORMATS)
 
 
-def read(folder: Path) -> pa.Table:
-    """Read the result in a folder, whatever its format; raises `ResultUnreadable`."""
+def read(folder: Path, types: Types) -> pa.Table:
+    """Read the result in a folder, whatever its format; raises `ResultUnreadable`.
+
+    `types`: those of columns that are not Real, by name, for formats that have no types.
+    """
     for name, reader in _READERS.items():
         if (folder / name).is_file():
             try:
-                return reader(folder / name)
+                return reader(folder / name, types)
             except (pa.ArrowException, OSError, ValueError) as error:
                 raise ResultUnreadable(folder / name, f"it cannot be read: {error}") from error
     raise ResultUnreadable(folder, f"there is no result in it (none of {', '.join(_READERS)})")
@@ -70,7 +75,7 @@ def batches(stream: Path) -> Iterator[pa.RecordBatch]:
             yield batch
 
 
-def _read_stream(path: Path) -> pa.Table:
+def _read_stream(path: Path, _types: Types | None = None) -> pa.Table:
     with path.open("rb") as file:
         try:
             schema = pa.ipc.open_stream(file).schema
@@ -102,6 +107,8 @@ def _write_parquet(stream: Path, target: Path) -> None:
 
 
 def _write_csv(stream: Path, target: Path) -> None:
+    import pyarrow.csv as pa_csv
+
     chunks = _chunks(stream)
     first = next(chunks)
     with pa_csv.CSVWriter(target, first.schema) as writer:
@@ -111,7 +118,9 @@ def _write_csv(stream: Path, target: Path) -> None:
 
 
 def _write_mat(stream: Path, target: Path) -> None:
-    """Write a struct per instance, arrays (rows, n) or (rows, r, c), with names and units to read it back."""
+    """Write a struct per instance, arrays (rows, n) or (rows, r, c), with names, units and types to read it back."""
+    from scipy.io import savemat  # takes long to import
+
     table = _read_stream(stream)
     content: dict[str, Any] = {"time": table["time"].to_numpy()[:, None]}
     for base, g in group(table.column_names[1:]).items():
@@ -119,7 +128,9 @@ def _write_mat(stream: Path, target: Path) -> None:
         instance, variable = _matlab(base)
         content.setdefault(instance, {})[variable] = array.reshape(len(array), *(g.shape or (1,)))
     content["column_names"] = np.array(table.column_names, dtype=object)
-    content["column_units"] = np.array([_unit(f) or "" for f in table.schema], dtype=object)
+    content["column_units"] = np.array([unit_of(f) or "" for f in table.schema], dtype=object)
+    content["column_types"] = np.array([str(f.type) for f in table.schema], dtype=object)
+    content["column_items"] = np.array([json.dumps(items_of(f)) for f in table.schema], dtype=object)
     savemat(target, content, long_field_names=True, do_compression=True)
 
 
@@ -128,10 +139,15 @@ def _matlab(base: str) -> tuple[str, str]:
     return re.sub(r"\W", "_", instance), re.sub(r"\W", "_", variable)
 
 
-def _read_mat(path: Path) -> pa.Table:
+def _read_mat(path: Path, _types: Types) -> pa.Table:
+    from scipy.io import loadmat  # takes long to import
+
     content = loadmat(path, squeeze_me=False)
-    names = [str(n[0]) for n in content["column_names"].ravel()]
-    units = [str(u[0]) if len(u) else None for u in content["column_units"].ravel()]
+    names, units, types, items = (
+        [str(cell[0]) if len(cell) else "" for cell in content[f"column_{what}"].ravel()]
+        for what in ("names", "units", "types", "items")
+    )
+    kinds = {str(kind): name for name, kind in ARROW.items()}
     columns: dict[str, Any] = {"time": content["time"].ravel()}
     for base, g in group(names[1:]).items():
         instance, variable = _matlab(base)
@@ -139,25 +155,38 @@ def _read_mat(path: Path) -> pa.Table:
         flat = array.reshape(array.shape[0], -1)
         columns |= {name: flat[:, i] for i, name in enumerate(g.elements)}
     fields = [
-        pa.field(n, pa.float64(), metadata={"unit": u} if u is not None else None)
-        for n, u in zip(names, units, strict=True)
+        field(name, kinds[kind], unit or None, json.loads(literals))
+        for name, unit, kind, literals in zip(names, units, types, items, strict=True)
     ]
-    return pa.table([pa.array(columns[n], pa.float64()) for n in names], schema=pa.schema(fields))
+    arrays = [pa.array([_scalar(cell) for cell in columns[f.name]], f.type) for f in fields]
+    return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
 
 
-def _read_csv(path: Path) -> pa.Table:
-    table = pa_csv.read_csv(path)
-    return table.cast(pa.schema([pa.field(n, pa.float64()) for n in table.column_names]))
+def _scalar(cell: Any) -> Any:
+    """Return a cell of a MATLAB array as Python has it: a text is an array of texts there, the empty one of none."""
+    if isinstance(cell, np.ndarray):
+        return str(cell[0]) if cell.size else ""
+    return cell.item()
 
 
-def _unit(field: pa.Field) -> str | None:
-    metadata = field.metadata or {}
-    return metadata[b"unit"].decode() if b"unit" in metadata else None
+def _read_csv(path: Path, types: Types) -> pa.Table:
+    import pyarrow.csv as pa_csv
+
+    with path.open(encoding="utf-8", newline="") as file:
+        names = next(csv.reader(file))
+    known = {name: types.get(name, pa.float64()) for name in names}
+    options = pa_csv.ConvertOptions(column_types=known, strings_can_be_null=False)
+    table = pa_csv.read_csv(path, convert_options=options)
+    return table.cast(pa.schema([pa.field(n, known[n]) for n in names]))
+
+
+def _read_parquet(path: Path, _types: Types) -> pa.Table:
+    return pq.read_table(path)
 
 
 def units(table: pa.Table) -> dict[str, str | None]:
     """Return the unit of each column, None where there is none."""
-    return {f.name: _unit(f) for f in table.schema}
+    return {f.name: unit_of(f) for f in table.schema}
 
 
 _WRITERS: dict[str, Callable[[Path, Path], None]] = {
@@ -165,8 +194,8 @@ _WRITERS: dict[str, Callable[[Path, Path], None]] = {
     "csv": _write_csv,
     "mat": _write_mat,
 }
-_READERS: dict[str, Callable[[Path], pa.Table]] = {
-    "result.parquet": pq.read_table,
+_READERS: dict[str, Callable[[Path, Types], pa.Table]] = {
+    "result.parquet": _read_parquet,
     "result.csv": _read_csv,
     "result.mat": _read_mat,
     STREAM: _read_stream,

@@ -1,4 +1,4 @@
-"""Rows to disk while a run goes on: an Arrow IPC stream, so that whatever ends the process leaves readable rows."""
+"""Rows while a run goes on: to disk as an Arrow IPC stream, which whatever ends the process leaves readable, or kept."""
 
 import time
 from collections.abc import Callable
@@ -9,11 +9,15 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
+from cosim.arrays import FloatArray
 from cosim.errors import ResultUnwritable
-from cosim.masters.master import Block
-from cosim.masters.plan import Columns
+from cosim.masters.columns import Columns
+from cosim.masters.types import Texts
+from cosim.masters.watch import Block
+from cosim.results.names import STREAM
+from cosim.results.schema import ENUMERATION, schema
+from fmus.description.description import Type
 
-STREAM = "result.arrows"
 FLUSH = 1.0
 """Seconds after which rows go to the operating system at the latest."""
 
@@ -22,19 +26,20 @@ BLOCK_ROWS = 4096
 
 
 class Recorder:
-    """Writes the rows of `block` to `folder/result.arrows`; use it as a context manager.
+    """Takes the rows of `block`, to `folder/result.arrows` or, without a folder, into memory; a context manager.
 
     Raises `ResultUnwritable` where the disk takes no more; the rows that it took stay readable, and none follow.
     """
 
-    def __init__(self, folder: Path, columns: Columns) -> None:
+    def __init__(self, folder: Path | None, columns: Columns, texts: Texts, most_rows: int = BLOCK_ROWS) -> None:
         width = 1 + len(columns.names)
-        self.block = Block(max(2, min(BLOCK_ROWS, BLOCK_BYTES // (8 * width))), len(columns.names))
-        self.path = folder / STREAM
+        capacity = max(2, min(BLOCK_ROWS, most_rows, BLOCK_BYTES // (8 * width)))
+        self.block = Block(capacity, len(columns.names))
         self.rows = 0
+        self._columns, self._texts = columns, texts
         self._schema = schema(columns)
-        self._file = self.path.open("wb", buffering=0)
-        self._writer: Any = pa.ipc.new_stream(self._file, self._schema)
+        self._stream = None if folder is None else _Stream(folder / STREAM, self._schema)
+        self._kept: list[pa.RecordBatch] = []
         self._flushed = time.perf_counter()
         self._cut = False
 
@@ -48,9 +53,9 @@ class Recorder:
         try:
             if not self._cut:
                 self.flush()
-                self._write(self._writer.close)
         finally:
-            self._file.close()
+            if self._stream is not None:
+                self._stream.close(whole=not self._cut)
 
     def look(self) -> None:
         """Write the block if it is full or `FLUSH` has passed."""
@@ -61,24 +66,60 @@ class Recorder:
         """Write all complete rows."""
         count = self.block.count
         if count:
-            columns = [pa.array(np.ascontiguousarray(column)) for column in self.block.data[:count].T]
-            self._write(self._writer.write_batch, pa.record_batch(columns, schema=self._schema))
+            batch = self._batch(self.block.data[:count])
+            if self._stream is None:
+                self._kept.append(batch)
+            else:
+                try:
+                    self._stream.write(batch)
+                except ResultUnwritable:
+                    self._cut, self.block.count = True, 0
+                    raise
             self.block.count = 0
             self.rows += count
         self._flushed = time.perf_counter()
 
-    def _write(self, call: Callable[..., None], *arguments: Any) -> None:
+    def table(self) -> pa.Table:
+        """Return the rows that were kept in memory."""
+        return pa.Table.from_batches(self._kept, schema=self._schema)
+
+    def _batch(self, rows: FloatArray) -> pa.RecordBatch:
+        columns = np.ascontiguousarray(rows.T)
+        types: tuple[Type, ...] = ("Real", *self._columns.types)
+        arrays = [self._array(column, kind) for column, kind in zip(columns, types, strict=True)]
+        return pa.RecordBatch.from_arrays(arrays, schema=self._schema)
+
+    def _array(self, column: FloatArray, kind: Type) -> pa.Array:
+        """Return a column in its own type. pa.array of a NumPy array would import pandas."""
+        if kind == "Real":
+            return pa.Array.from_buffers(pa.float64(), len(column), [None, pa.py_buffer(column)])
+        if kind in ("Integer", "Enumeration"):
+            buffer = pa.py_buffer(column.astype(np.int32))
+            return pa.Array.from_buffers(ENUMERATION, len(column), [None, buffer])
+        if kind == "Boolean":
+            bits = np.packbits(column != 0, bitorder="little")
+            return pa.Array.from_buffers(pa.bool_(), len(column), [None, pa.py_buffer(bits)])
+        return pa.array([self._texts.words(number) for number in column.tolist()], pa.string())
+
+
+class _Stream:
+    def __init__(self, path: Path, schema: pa.Schema) -> None:
+        self.path = path
+        self._file = path.open("wb", buffering=0)
+        self._writer: Any = pa.ipc.new_stream(self._file, schema)
+
+    def write(self, batch: pa.RecordBatch) -> None:
+        self._try(self._writer.write_batch, batch)
+
+    def close(self, *, whole: bool) -> None:
+        try:
+            if whole:
+                self._try(self._writer.close)
+        finally:
+            self._file.close()
+
+    def _try(self, call: Callable[..., None], *arguments: Any) -> None:
         try:
             call(*arguments)
         except OSError as error:
-            self._cut, self.block.count = True, 0
             raise ResultUnwritable(self.path, error.strerror or str(error)) from error
-
-
-def schema(columns: Columns) -> pa.Schema:
-    """Return `time` in s, then the columns, all float64, units in the fields' metadata."""
-    fields = [pa.field("time", pa.float64(), nullable=False, metadata={"unit": "s"})]
-    for name, unit in zip(columns.names, columns.units, strict=True):
-        metadata = {"unit": unit} if unit is not None else None
-        fields.append(pa.field(name, pa.float64(), nullable=False, metadata=metadata))
-    return pa.schema(fields)

@@ -1,7 +1,7 @@
 """What a run leaves: rows by name, units, and the story of the run."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,27 +11,40 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from cosim.results import formats
+from cosim.results.folder import finite
+from cosim.results.names import INFO
+from cosim.results.schema import TYPES, items_of
 from cosim.errors import ResultUnreadable, UnknownName
 from fmus.description.names import Group, canonical, group
 
 if TYPE_CHECKING:
     import pandas as pd
 
-INFO = "run.json"
-FILES = (*(f"result.{kind}" for kind in formats.FORMATS), formats.STREAM, INFO)
-"""What a result folder can hold."""
+Judge = Callable[["Result"], Mapping[str, Any]]
+"""What makes metrics of a result."""
 
 
 class Result:
     """Rows of a run: `result["plant.q_BN"]` has shape (n, 4), a scalar (n,), a matrix (n, rows, columns).
 
-    `info` is the content of run.json, `folder` where the files are (None: nowhere), `units` of the columns.
+    Each column has its variable's type. `info` is the content of run.json, `folder` where the files are (None:
+    nowhere), `units` of the columns, `items` the literals of enumerations with their numbers.
     """
 
-    def __init__(self, table: pa.Table, info: Mapping[str, Any], folder: Path | None = None) -> None:
+    def __init__(
+        self, table: pa.Table, info: Mapping[str, Any], folder: Path | None = None, judge: "Judge | None" = None
+    ) -> None:
         self.table = table
         self.info = dict(info)
         self.folder = folder
+        self._judge = judge
+
+    @property
+    def metrics(self) -> dict[str, Any]:
+        """Metrics by name, those of run.json, made when they are first asked for where nothing was written."""
+        if "metrics" not in self.info and self._judge is not None:
+            self.info["metrics"] = {key: finite(value) for key, value in self._judge(self).items()}
+        return self.info.get("metrics", {})
 
     @classmethod
     def read(cls, folder: Path | str) -> "Result":
@@ -43,10 +56,11 @@ class Result:
                 info = json.loads((folder / INFO).read_text(encoding="utf-8"))
             except ValueError as error:
                 raise ResultUnreadable(folder / INFO, f"it is no JSON: {error}") from error
-        table = formats.read(folder)
+        types = {name: TYPES[kind] for name, kind in info.get("types", {}).items()}
+        table = formats.read(folder, types)
         recorded = {"time": "s"} | info.get("units", {})
         known = formats.units(table)
-        fields = [f.with_metadata(_metadata(known[f.name] or recorded.get(f.name))) for f in table.schema]
+        fields = [f.with_metadata(_metadata(f, known[f.name] or recorded.get(f.name))) for f in table.schema]
         return cls(table.cast(pa.schema(fields)), info, folder)
 
     def __len__(self) -> int:
@@ -58,8 +72,8 @@ class Result:
         """Time in s, shape (n,)."""
         return self.table["time"].to_numpy()
 
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
-        """Return an array or an element by name; raises `UnknownName` with the nearest names."""
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """Return an array or an element by name, of its type; raises `UnknownName` with the nearest names."""
         name = canonical(name)
         found = self._groups.get(name)
         if found is None and name in self.table.column_names:
@@ -87,6 +101,12 @@ class Result:
         return units | {base: units[g.elements[0]] for base, g in self._groups.items()}
 
     @cached_property
+    def items(self) -> dict[str, dict[str, int]]:
+        """Literals of enumerations with their numbers, by the name of the element."""
+        found = {f.name: items_of(f) for f in self.table.schema}
+        return {name: items for name, items in found.items() if items is not None}
+
+    @cached_property
     def _groups(self) -> Mapping[str, Group]:
         return group(self.table.column_names[1:])
 
@@ -95,5 +115,6 @@ class Result:
         return self.table.to_pandas()
 
 
-def _metadata(unit: str | None) -> dict[str, str]:
-    return {} if unit is None else {"unit": unit}
+def _metadata(column: pa.Field, unit: str | None) -> dict[str, str]:
+    items = items_of(column)
+    return ({} if unit is None else {"unit": unit}) | ({} if items is None else {"items": json.dumps(items)})

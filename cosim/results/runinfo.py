@@ -4,17 +4,18 @@ import dataclasses
 import platform
 import sys
 from collections.abc import Mapping, Sequence
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from fmus.description.description import ModelDescription, Scalar
 from cosim.system.wiring import Port, Wiring
-from cosim.masters.plan import Plan
+from cosim.masters.master import Course
 from fmus.description.names import split_element, split_port
 from cosim.system.swap import SwapReport
-from cosim.system.system import Experiment, System
-from cosim.time import Schedule, to_seconds
+from cosim.system import Experiment, System
+from cosim.time import Schedule
 
 PACKAGES = ("adcs-cosim", "fmpy", "pythonfmu", "casadi", "numpy", "scipy", "pyarrow")
 
@@ -23,32 +24,37 @@ def setup(
     system: System,
     experiment: Experiment,
     wiring: Wiring,
-    plan: Plan,
+    course: Course,
+    master: Any,
     paths: Mapping[str, Path],
     swaps: Sequence[SwapReport],
 ) -> dict[str, Any]:
-    """Return what is known before the first step."""
+    """Return what is known before the first step; `wiring` has the timings that are flown."""
+    schedule, columns = course.schedule, course.layout.columns
+    last = schedule.stop - schedule.count(schedule.steps - 1)
     return {
         "system": system.name,
-        "versions": {"python": platform.python_version(), **{p: _version(p) for p in PACKAGES}},
+        "versions": versions(),
         "platform": {"system": sys.platform, "machine": platform.machine()},
         "components": {
             name: _component(system.components[name], description, paths.get(name), wiring.period(name))
             for name, description in wiring.descriptions.items()
         },
-        "stepping_order": [c.name for c in plan.components],
-        "master": {"name": type(experiment.master).__name__, **_fields(experiment.master)},
-        "start_time": to_seconds(plan.schedule.start),
-        "stop_time": to_seconds(plan.schedule.stop),
-        "communication_step_size": to_seconds(plan.schedule.step),
-        "last_step": to_seconds(plan.schedule.stop - plan.schedule.point(plan.schedule.steps - 1)),
-        "every": plan.schedule.every,
+        "stepping_order": list(course.order),
+        "master": {"name": type(master).__name__, **_fields(master)},
+        "start_time": schedule.time(0),
+        "stop_time": schedule.time(schedule.steps),
+        "communication_step_size": float(schedule.step_size),
+        "communication_step": f"{schedule.step_size} s",
+        "last_step": last / schedule.denominator,
+        "every": schedule.every,
         "stop_when": experiment.stop_when,
-        "connections": _connections(experiment.master, wiring),
+        "connections": _connections(wiring),
         "parameters": _values(wiring, wiring.settings),
         "held": _values(wiring, wiring.held),
         "swaps": [dataclasses.asdict(report) for report in swaps],
-        "units": dict(zip(plan.columns.names, plan.columns.units, strict=True)),
+        "units": dict(zip(columns.names, columns.units, strict=True)),
+        "types": {n: kind for n, kind in zip(columns.names, columns.types, strict=True) if kind != "Real"},
     }
 
 
@@ -58,19 +64,21 @@ def ending(
     """Return how the run ended: finished, at its stop time or by an event, interrupted or failed, where and why."""
     if failure is not None:
         return broken(failure) | {"reached_time": reached}
-    if reached == to_seconds(schedule.stop):
+    if reached == schedule.time(schedule.steps):
         return {"status": "finished", "reached_time": reached}
     if event is None:
         return {"status": "interrupted", "reached_time": reached}
     return {"status": "finished", "reached_time": reached, "event": dict(event)}
 
 
-def event(wiring: Wiring, flag: str, reached: float | None) -> dict[str, Any] | None:
+def event(
+    descriptions: Mapping[str, ModelDescription], flag: str, reached: float | None
+) -> dict[str, Any] | None:
     """Return the event that a flag stands for, if the run was to end by one: time in s, variable, meaning."""
     if not flag:
         return None
     component, variable = split_port(flag)
-    meaning = wiring.descriptions[component].variables[variable].description
+    meaning = descriptions[component].variables[variable].description
     return {"time": reached, "variable": f"{component}.{variable}", "meaning": meaning}
 
 
@@ -94,11 +102,10 @@ def _component(reference: str, description: ModelDescription, path: Path | None,
     }
 
 
-def _connections(master: Any, wiring: Wiring) -> dict[str, Any]:
+def _connections(wiring: Wiring) -> dict[str, Any]:
     """Return target -> source and timing as flown, arrays whole."""
-    timed: Wiring = master.timed(wiring) if hasattr(master, "timed") else wiring
     found: dict[str, Any] = {}
-    for link in timed.links:
+    for link in wiring.links:
         source, target = (f"{p.component}.{split_element(p.variable)[0]}" for p in (link.source, link.target))
         whole = {"source": source, "timing": "step mean" if link.step_mean else link.timing}
         if found.setdefault(target, whole) != whole:  # elements of an array from several sources
@@ -123,6 +130,12 @@ def _plain(value: Any) -> Any:
     if (isinstance(value, float) and value != value) or value in (float("inf"), float("-inf")):
         return str(value)
     return value if isinstance(value, str | int | float | bool | None) else str(value)
+
+
+@cache
+def versions() -> Mapping[str, str | None]:
+    """Return the versions of Python and of the packages that matter, looked up once per process."""
+    return {"python": platform.python_version(), **{package: _version(package) for package in PACKAGES}}
 
 
 def _version(package: str) -> str | None:

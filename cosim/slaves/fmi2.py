@@ -1,17 +1,10 @@
-"""FMUs as slaves, through fmpy.
+"""FMI 2.0 FMUs as slaves, through fmpy. With shelf.py the only place of this package that imports fmpy."""
 
-fmpy is imported here and nowhere else in this package.
-"""
-
-import atexit
 import ctypes
-import itertools
 import os
-import shutil
-import tempfile
 from collections import deque
-from collections.abc import Callable
-from functools import cache
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -20,60 +13,44 @@ import numpy as np
 from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
 
-from cosim.errors import STATUS, CallFailed, FmuError
-from cosim.slaves.slave import FloatArray, References, Slave
-from fmus.description.description import ModelDescription, Scalar, ScalarVariable
-from fmus.description.read import read_description
-
-__all__ = ["FmuSlave", "Slave"]
+from cosim.arrays import FloatArray
+from cosim.errors import CallFailed, FmuError, status_name
+from cosim.slaves.shelf import SHELF
+from cosim.slaves.slave import CInterface, References
+from fmus.description.description import ModelDescription
 
 LOG_LINES = 200
 """How many of its last log messages a slave keeps."""
 
-
-@cache
-def _temporary() -> Path:
-    folder = Path(tempfile.mkdtemp(prefix="adcs-fmu-"))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    return folder
+_SUCCESS = (fmi2.fmi2OK, fmi2.fmi2Warning)
 
 
-@cache
-def _extracted(path: Path, stamp: tuple[int, int], copy: int) -> Path:
-    """Extract an FMU once per version of the file (`stamp`: time and size), or once more per `copy`."""
-    return Path(fmpy.extract(path, tempfile.mkdtemp(dir=_temporary())))
+class FMU2Unmoved(fmi2.FMU2Slave):
+    """fmpy's slave, loaded without a change of the process's working folder, which threads would see.
 
+    A status that FMI does not know is an error, a negative one too. fmpy tells the version of FMI by the class's name.
+    """
 
-_copies = itertools.count(1)
-_slaves: dict[int, "FmuSlave"] = {}
-_keys = itertools.count(1)
+    def __init__(self, description: ModelDescription, folder: Path, name: str) -> None:
+        binaries = folder / "binaries" / fmpy.platform
+        library = binaries / f"{description.model_identifier}{fmpy.sharedLibraryExtension}"
+        self.guid, self.modelIdentifier = description.guid, description.model_identifier
+        self.unzipDirectory, self.instanceName = str(folder), name
+        self.fmiCallLogger, self.requireFunctions = None, True
+        self._functions: dict[str, Any] = {}
+        beside: Any = getattr(os, "add_dll_directory", lambda _folder: nullcontext())  # where a DLL finds its like
+        with beside(str(binaries)):
+            self.dll = ctypes.CDLL(str(library))
+        self._loadFunctions()
+        self.component: Any = None
+        self.callbacks: Any = None
 
-
-_NOTHING = ("Fatal py exception encountered", "unknown error")
-"""Begin and end of what pythonfmu says of an exception that the slave has told itself."""
-
-
-def _log(environment: int | None, instance: bytes, status: int, category: bytes, message: bytes) -> None:
-    slave = _slaves.get(environment or 0)
-    text = (message or b"").decode("utf-8", "replace").rstrip()
-    if slave is not None and not (text.startswith(_NOTHING[0]) and text.endswith(_NOTHING[1])):
-        slave.messages.append(text)
-
-
-_logger = fmi2.fmi2CallbackLoggerTYPE(_log)
-
-
-def _callbacks(key: int) -> Any:
-    """Return the callback functions of one instance; fmpy's proxy formats the message with its arguments."""
-    callbacks = fmi2.fmi2CallbackFunctions()
-    callbacks.logger = _logger
-    callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
-    callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
-    callbacks.componentEnvironment = key
-    proxy: Callable[[Any], None] | None = getattr(fmi2, "addLoggerProxy", None)
-    if proxy is not None:
-        proxy(ctypes.byref(callbacks))
-    return callbacks
+    def _call(self, fname: str, *args: Any) -> Any:
+        function = self._functions[fname]
+        result = function(*args)
+        if function.restype is ctypes.c_int and result not in _SUCCESS:
+            raise FMICallException(function=fname, status=result)
+        return result
 
 
 class FmuSlave:
@@ -82,52 +59,31 @@ class FmuSlave:
     Raises `FmuError` if the file cannot be used on this machine, later `CallFailed` for every status above warning.
     """
 
-    def __init__(self, name: str, path: Path, description: ModelDescription | None = None) -> None:
+    def __init__(self, name: str, path: Path) -> None:
         self.name = name
         self.path = path
-        self.description = description or read_description(path)
+        self.description = SHELF.description(path)
         self.messages: deque[str] = deque(maxlen=LOG_LINES)
-        offered = fmpy.supported_platforms(str(path))
-        if fmpy.platform not in offered:
-            there = ", ".join(p for p in offered if p != "c-code") or "none"
-            advice = " It has C sources: fmpy compile builds them." if "c-code" in offered else ""
-            raise FmuError(path, f"it has no binary for this platform: needed {fmpy.platform}, there: {there}.{advice}")
-        stat = path.stat()
-        copy = next(_copies) if self.description.only_once_per_process else 0
-        folder = _extracted(path.resolve(), (stat.st_mtime_ns, stat.st_size), copy)
-        self._fmu = self._load(folder)
-        self._key = next(_keys)
+        folder = SHELF.extracted(path, own_copy=self.description.only_once_per_process)
+        try:
+            self._fmu = FMU2Unmoved(self.description, folder, name)
+        except Exception as error:  # whatever a file that is no library, or lacks functions, leads to
+            raise FmuError(path, f"its binary cannot be loaded: {error}") from error
+        self._key = SHELF.listen(self)
         self._alive = False
         self._buffers: dict[References, tuple[Any, FloatArray, Any]] = {}
-
-    def _load(self, folder: Path) -> Any:
-        here = Path.cwd()
-        try:
-            return fmi2.FMU2Slave(
-                guid=self.description.guid,
-                modelIdentifier=self.description.model_identifier,
-                unzipDirectory=str(folder),
-                instanceName=self.name,
-            )
-        except Exception as error:  # fmpy raises plain Exceptions here
-            raise FmuError(self.path, f"its binary cannot be loaded: {error}") from error
-        finally:
-            os.chdir(here)
+        self._vectors: dict[References, Any] = {}
 
     def instantiate(self) -> None:
-        """fmi2Instantiate."""
-        _slaves[self._key] = self
+        """fmi2Instantiate; nothing where there is an instance that was reset."""
+        if self._alive:
+            return
         try:
             # pythonfmu's FMUs tell why they fail only where logging is on
-            self._fmu.instantiate(callbacks=_callbacks(self._key), loggingOn=True)
+            self._fmu.instantiate(callbacks=SHELF.callbacks(self._key), loggingOn=True)
         except Exception as error:
             raise CallFailed(self.name, "fmi2Instantiate", "no instance", tuple(self.messages)) from error
         self._alive = True
-
-    def set(self, variable: ScalarVariable, value: Scalar) -> None:
-        """fmi2SetReal, fmi2SetInteger, fmi2SetBoolean or fmi2SetString."""
-        function = {"Real": "Real", "Boolean": "Boolean", "String": "String"}.get(variable.type, "Integer")
-        self._call(getattr(self._fmu, f"set{function}"), [variable.value_reference], [value])
 
     def setup_experiment(self, t: float) -> None:
         """fmi2SetupExperiment."""
@@ -152,6 +108,30 @@ class FmuSlave:
         vr, array, pointer = self._buffer(references)
         array[:] = values
         self._call(self._fmu.fmi2SetReal, self._fmu.component, vr, len(references), pointer)
+
+    def get_integer(self, references: References) -> Sequence[int]:
+        """fmi2GetInteger."""
+        return self._get(self._fmu.fmi2GetInteger, references, fmi2.fmi2Integer)
+
+    def set_integer(self, references: References, values: Sequence[int]) -> None:
+        """fmi2SetInteger."""
+        self._set(self._fmu.fmi2SetInteger, references, fmi2.fmi2Integer, values)
+
+    def get_boolean(self, references: References) -> Sequence[bool]:
+        """fmi2GetBoolean."""
+        return [bool(value) for value in self._get(self._fmu.fmi2GetBoolean, references, fmi2.fmi2Boolean)]
+
+    def set_boolean(self, references: References, values: Sequence[bool]) -> None:
+        """fmi2SetBoolean."""
+        self._set(self._fmu.fmi2SetBoolean, references, fmi2.fmi2Boolean, values)
+
+    def get_string(self, references: References) -> Sequence[bytes]:
+        """fmi2GetString; no text at all is the empty one."""
+        return [value or b"" for value in self._get(self._fmu.fmi2GetString, references, fmi2.fmi2String)]
+
+    def set_string(self, references: References, values: Sequence[bytes]) -> None:
+        """fmi2SetString."""
+        self._set(self._fmu.fmi2SetString, references, fmi2.fmi2String, values)
 
     def set_input_derivatives(self, references: References, orders: References, values: FloatArray) -> None:
         """fmi2SetRealInputDerivatives."""
@@ -194,49 +174,71 @@ class FmuSlave:
         if self._alive:
             self._call(self._fmu.terminate)
 
+    def reset(self) -> bool:
+        """fmi2Reset; False where there is no instance, or it cannot be reset: `free` it, and make a new one."""
+        self.messages.clear()
+        if not self._alive:
+            return False
+        try:
+            self._call(self._fmu.reset)
+        except CallFailed:
+            return False
+        return True
+
     def free(self) -> None:
         """fmi2FreeInstance, once. The library stays loaded: unloading pythonfmu's can end the process."""
         if self._alive:
             self._alive = False
             self._fmu.fmi2FreeInstance(self._fmu.component)
-        _slaves.pop(self._key, None)
+
+    def c_interface(self) -> CInterface | None:
+        """Return the instance for a caller in C."""
+        if not self._alive:
+            return None
+        return CInterface(int(self._fmu.component), {n: _address(f) for n, f in self._fmu._functions.items()})
+
+    def failed(self, status: int) -> float | None:
+        """Note a call that failed; return the last successful time where the FMU knows it."""
+        if status == fmi2.fmi2Fatal:
+            self._alive = False  # FMI: no further call, not even fmi2FreeInstance
+        if status != fmi2.fmi2Discard:
+            return None
+        try:
+            return self._fmu.getRealStatus(fmi2.fmi2LastSuccessfulTime)
+        except FMICallException:
+            return None
 
     def _buffer(self, references: References) -> tuple[Any, FloatArray, Any]:
         found = self._buffers.get(references)
         if found is None:
-            vr = (ctypes.c_uint * len(references))(*references)
             array = np.zeros(len(references))
-            found = vr, array, array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+            found = self._vector(references), array, array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
             self._buffers[references] = found
         return found
+
+    def _vector(self, references: References) -> Any:
+        found = self._vectors.get(references)
+        if found is None:
+            found = self._vectors[references] = (ctypes.c_uint * len(references))(*references)
+        return found
+
+    def _get(self, function: Callable[..., Any], references: References, kind: Any) -> list[Any]:
+        values = (kind * len(references))()
+        self._call(function, self._fmu.component, self._vector(references), len(references), values)
+        return list(values)
+
+    def _set(self, function: Callable[..., Any], references: References, kind: Any, values: Sequence[Any]) -> None:
+        array = (kind * len(references))(*values)
+        self._call(function, self._fmu.component, self._vector(references), len(references), array)
 
     def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
         try:
             return function(*arguments)
         except FMICallException as error:
-            status = STATUS.get(error.status, f"the illegal status {error.status}")
-            last = self.lost(error.status)
-            messages = tuple(self.messages)
+            last = self.failed(error.status)
+            status, messages = status_name(error.status), tuple(self.messages)
             raise CallFailed(self.name, error.function, status, messages, last) from None
 
-    @property
-    def address(self) -> int:
-        """Address of the fmi2Component, for a caller in C."""
-        return int(self._fmu.component)
 
-    def entry(self, function: str) -> int:
-        """Return the address of an FMI function, 0 where the library lacks it."""
-        found = getattr(self._fmu.dll, function, None)
-        return 0 if found is None else int(ctypes.cast(found, ctypes.c_void_p).value or 0)
-
-    def lost(self, status: int) -> float | None:
-        """Note a failed call that was made in C; return the last successful time where the FMU knows it."""
-        if status == fmi2.fmi2Fatal:
-            self._alive = False  # FMI: no further call, not even fmi2FreeInstance
-        return self._last_successful_time() if status == fmi2.fmi2Discard else None
-
-    def _last_successful_time(self) -> float | None:
-        try:
-            return self._fmu.getRealStatus(fmi2.fmi2LastSuccessfulTime)
-        except FMICallException:
-            return None
+def _address(function: Any) -> int:
+    return int(ctypes.cast(function, ctypes.c_void_p).value or 0)

@@ -1,21 +1,27 @@
 """What a master calls: an instance of a component behind the functions of FMI 2.0 for co-simulation."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
+from cosim.arrays import FloatArray
+from fmus.description.description import ModelDescription
 
-from fmus.description.description import ModelDescription, Scalar, ScalarVariable
-
-FloatArray = NDArray[np.float64]
 References = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class CInterface:
+    """An instance for a caller in C: the address of the fmi2Component, and of each FMI function by its name."""
+
+    component: int
+    functions: Mapping[str, int]
 
 
 class Slave(Protocol):
     """What a master calls, in the order of FMI 2.0; every call may raise `CallFailed`.
 
-    Arrays have shape (n,) for n value references. `t` and `h` in s.
+    Arrays and sequences have a value for each value reference. `t` and `h` in s.
     """
 
     @property
@@ -37,10 +43,6 @@ class Slave(Protocol):
         """Make the instance."""
         ...
 
-    def set(self, variable: ScalarVariable, value: Scalar) -> None:
-        """Set one variable of any type: parameters and start values before initialization, held inputs in it."""
-        ...
-
     def setup_experiment(self, t: float) -> None:
         """Announce the start time; no stop time is defined."""
         ...
@@ -54,19 +56,43 @@ class Slave(Protocol):
         ...
 
     def get_real(self, references: References) -> FloatArray:
-        """Return values; the array is the caller's."""
+        """Return Real values; the array is the caller's."""
         ...
 
     def set_real(self, references: References, values: FloatArray) -> None:
-        """Call fmi2SetReal."""
+        """Set Real values."""
+        ...
+
+    def get_integer(self, references: References) -> Sequence[int]:
+        """Return values of Integers and Enumerations."""
+        ...
+
+    def set_integer(self, references: References, values: Sequence[int]) -> None:
+        """Set values of Integers and Enumerations."""
+        ...
+
+    def get_boolean(self, references: References) -> Sequence[bool]:
+        """Return Boolean values."""
+        ...
+
+    def set_boolean(self, references: References, values: Sequence[bool]) -> None:
+        """Set Boolean values."""
+        ...
+
+    def get_string(self, references: References) -> Sequence[bytes]:
+        """Return Strings, in UTF-8."""
+        ...
+
+    def set_string(self, references: References, values: Sequence[bytes]) -> None:
+        """Set Strings, in UTF-8."""
         ...
 
     def set_input_derivatives(self, references: References, orders: References, values: FloatArray) -> None:
-        """Set the derivatives of inputs for the next step, orders from 1."""
+        """Set the derivatives of Real inputs for the next step, orders from 1."""
         ...
 
     def get_output_derivatives(self, references: References, orders: References) -> FloatArray:
-        """Return derivatives of outputs, orders from 1."""
+        """Return derivatives of Real outputs, orders from 1."""
         ...
 
     def do_step(self, t: float, h: float) -> None:
@@ -101,6 +127,18 @@ class Slave(Protocol):
         """Call fmi2Terminate."""
         ...
 
+    def reset(self) -> bool:
+        """Bring the instance back to where `instantiate` left it; False where it cannot be, and a new one is needed."""
+        ...
+
     def free(self) -> None:
         """Free the instance; may be called at any time, more than once."""
+        ...
+
+    def c_interface(self) -> CInterface | None:
+        """Return the instance for a caller in C, None for a slave that is not one of C; it holds until `free`."""
+        ...
+
+    def failed(self, status: int) -> float | None:
+        """Note a call that a caller in C made and that failed; return the last successful time where it is known."""
         ...

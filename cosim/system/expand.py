@@ -6,7 +6,8 @@ from cosim.errors import SimulationError, UnknownName, WiringError, WiringErrors
 from cosim.system.parameters import Parameters
 from cosim.system.system import TIMINGS, Connection, System
 from cosim.system.wiring import Link, Port, Wiring
-from fmus.description.description import ModelDescription, ScalarVariable
+from cosim.time import LARGEST_INTEGER
+from fmus.description.description import ModelDescription, ScalarVariable, Type
 from fmus.description.names import Group, group, split_port
 from fmus.description.units import IDENTITY, conversion
 
@@ -87,23 +88,20 @@ class _Checker:
             problem = f"{name} cannot be the {role} of a connection: its causality is {first.causality}"
             self._wrong(problem, connection, f"{causality.capitalize()}s of {component}: {listed}.")
             return None
-        if first.type != "Real":
-            self._wrong(
-                f"{name} is {first.type}: only Real variables can be connected",
-                connection,
-                f'An input of type {first.type} can be held: held={{"{name}": ...}}.' if causality == "input" else "",
-            )
-            return None
         return component, found
 
     def _link(self, connection: Connection, source: Port, target: Port) -> list[Link]:
         a, b = self.descriptions[source.component], self.descriptions[target.component]
+        ends = a.variables[source.variable], b.variables[target.variable]
+        if not _fits(ends[0].type, ends[1].type):
+            both = f"{connection.source} is {ends[0].type}, {connection.target} is {ends[1].type}: cannot connect them"
+            return self._wrong(both, connection, _ADVICE[ends[1].type])
         names = f"{connection.source} -> {connection.target}"
-        units = a.variables[source.variable].unit, b.variables[target.variable].unit
+        units = ends[0].unit, ends[1].unit
         found = conversion(*units, a.units, b.units)
         if found is None:
-            ends = f"{connection.source} has unit {units[0]}, {connection.target} has unit {units[1]}"
-            self._wrong(f"{ends}: they cannot be converted", connection)
+            both = f"{connection.source} has unit {units[0]}, {connection.target} has unit {units[1]}"
+            self._wrong(f"{both}: they cannot be converted", connection)
         step_mean = source.variable in a.step_means
         timing = connection.timing or ("after_step" if step_mean else "at_point")
         if timing not in TIMINGS:
@@ -113,9 +111,13 @@ class _Checker:
             self._wrong(
                 problem, connection, 'A step mean is held over the step it was taken from: timing="after_step".'
             )
+        if timing in ("midpoint", "ramp") and {end.type for end in ends} != {"Real"}:
+            odd = ends[0] if ends[0].type != "Real" else ends[1]
+            problem = f"{names} has timing {timing}, but there is nothing between two values of type {odd.type}"
+            self._wrong(problem, connection, "Choose at_point or after_step.")
         if timing == "ramp" and not b.can_interpolate_inputs:
             timing = "midpoint"  # the value in the middle of the same line
-        return [Link(source, target, timing, found or IDENTITY, step_mean)]
+        return [Link(source, target, timing, found or IDENTITY, step_mean, _allowed(*ends))]
 
     def inputs(self, links: list[Link], held: Mapping[Port, object]) -> None:
         """Find inputs without a source and inputs with two, whole arrays at a time."""
@@ -159,8 +161,10 @@ class _Checker:
         for component, n in self.system.steps.items():
             if component not in result:
                 self.mistakes.append(UnknownName("component", component, "steps", list(result)))
-            elif isinstance(n, bool) or int(n) != n or n < 1:
-                self._wrong(f"steps of {component} is {n}", advice="It must be a whole number, 1 or more.")
+            elif isinstance(n, bool) or int(n) != n or not 1 <= n <= LARGEST_INTEGER:
+                self._wrong(
+                    f"steps of {component} is {n}", advice=f"It must be a whole number, 1 to {LARGEST_INTEGER}."
+                )
             else:
                 result[component] = int(n)
         return result
@@ -176,3 +180,28 @@ class _Checker:
         unit = self.descriptions[component].variables[g.elements[0]].unit or "none"
         size = " x ".join(map(str, g.shape)) or "1"
         return f"{name} has {size} element{'s' if size != '1' else ''} (unit {unit})"
+
+
+NUMBERS = ("Boolean", "Integer", "Enumeration")
+_ADVICE = {
+    "Real": "A Real takes Real, Integer, Boolean and Enumeration.",
+    "Integer": "An Integer takes Integer, Boolean and Enumeration.",
+    "Boolean": "A Boolean takes Boolean, and Integer and Enumeration while they are 0 or 1.",
+    "Enumeration": "An Enumeration takes Enumeration, and Integer and Boolean while they are among its items.",
+    "String": "A String takes String only.",
+}
+
+
+def _fits(source: Type, target: Type) -> bool:
+    """Whether values of one type can be passed to another without rounding."""
+    return source == target or (source in NUMBERS and target in ("Real", *NUMBERS))
+
+
+def _allowed(source: ScalarVariable, target: ScalarVariable) -> tuple[int, ...] | None:
+    """Return the values that the target can take, where those of the source are not certainly among them."""
+    if target.type == "Boolean" and source.type != "Boolean":
+        return (0, 1)
+    items = sorted((target.items or {}).values())
+    if target.type == "Enumeration" and items and (source.items or {}) != (target.items or {}):
+        return tuple(items)
+    return None

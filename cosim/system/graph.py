@@ -113,7 +113,7 @@ def stepping_order(wiring: Wiring) -> tuple[str, ...]:
 
 
 def initialization_order(wiring: Wiring) -> tuple[Evaluation, ...]:
-    """Return all Real outputs in an order that makes one sweep of initialization mode enough, loops marked."""
+    """Return all outputs in an order that makes one sweep of initialization mode enough, loops marked."""
     return _evaluations(wiring, Feedthrough(wiring, initial=True))
 
 
@@ -166,7 +166,7 @@ class Feedthrough:
     """The graph output <- source output, by direct feedthrough and links, at a communication point or initially."""
 
     def __init__(self, wiring: Wiring, *, initial: bool) -> None:
-        self.outputs = [Port(c, v.name) for c, i in wiring.descriptions.items() for v in i.real_outputs]
+        self.outputs = [Port(c, v.name) for c, i in wiring.descriptions.items() for v in i.outputs]
         into: Mapping[Port, Link] = {link.target: link for link in wiring.links}
         self._links: dict[Port, list[Link]] = {}
         for port in self.outputs:

@@ -1,15 +1,22 @@
 """Parameters, vehicle values and held inputs of a system, turned into values of single variables in their own units."""
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from cosim.errors import ParameterError, SimulationError, UnknownName
-from cosim.system.system import System, Value, plain
+from cosim.system.system import System
+from cosim.system.value import Value, plain
 from cosim.system.wiring import Port
 from fmus.description import units
 from fmus.description.description import ModelDescription, Scalar, ScalarVariable
-from fmus.description.names import Group, split_element, split_port
+from fmus.description.names import Group, nearest, split_element, split_port
+
+WORDS = ("String", "Enumeration", "Boolean")
+"""Types whose values may be words: of a text, what was written counts."""
+
+INTEGERS = -(2**31), 2**31 - 1
 
 
 class Parameters:
@@ -102,10 +109,10 @@ class Parameters:
     def _values(self, component: str, group: Group, name: str, value: Any) -> dict[Port, Scalar]:
         full = f"{component}.{name}"
         variables = [self.descriptions[component].variables[e] for e in group.elements]
-        text = isinstance(value, str) and variables[0].type == "String"
-        given = value if isinstance(value, Value) else Value(None if text else value)
-        numbers = value if text else plain(given.value)
-        if isinstance(numbers, str) and not text and variables[0].type == "Real":
+        given = value if isinstance(value, Value) else Value(value)
+        words = given.text is not None and not isinstance(given.value, list)
+        numbers = given.text if words and variables[0].type in WORDS else plain(given.value)
+        if isinstance(numbers, str) and variables[0].type == "Real":
             problem = f"it is Real, the value {numbers!r} is no number and no list of numbers"
             self.mistakes.append(ParameterError(full, problem))
             return {}
@@ -117,7 +124,7 @@ class Parameters:
             return {}
         result: dict[Port, Scalar] = {}
         try:
-            convert = self._conversion(component, variables[0], given.unit)
+            convert = self._conversion(component, variables[0], None if words and numbers == given.text else given.unit)
             for variable, number in zip(variables, _flat(numbers), strict=True):
                 result[Port(component, variable.name)] = _checked(variable, number, convert)
         except ValueError as error:
@@ -153,12 +160,15 @@ def _checked(variable: ScalarVariable, value: Any, convert: units.Conversion) ->
     wrong = ValueError(f"it is {variable.type}, the value {value!r} is {type(value).__name__}")
     if variable.type == "String":
         if not isinstance(value, str):
-            raise wrong
+            raise ValueError(f"{wrong}. Write it in quotes: '\"{value}\"'")
         return value
+    if variable.type == "Enumeration":
+        return _item(variable, value)
     if variable.type == "Boolean":
-        if not isinstance(value, bool):
-            raise wrong
-        return value
+        known = {"true": True, "True": True, "1": True, "false": False, "False": False, "0": False}
+        if str(value) not in known:
+            raise ValueError(f"{wrong}. Write true, false, 1 or 0")
+        return known[str(value)]
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise wrong
     if not math.isfinite(value):
@@ -167,7 +177,23 @@ def _checked(variable: ScalarVariable, value: Any, convert: units.Conversion) ->
         return float(value) if convert == units.IDENTITY else convert(float(value))
     if int(value) != value:
         raise wrong
+    if not INTEGERS[0] <= value <= INTEGERS[1]:
+        raise ValueError(f"the value {value} is beyond an Integer of FMI 2.0, {INTEGERS[0]} to {INTEGERS[1]}")
     return int(value)
+
+
+def _item(variable: ScalarVariable, value: Any) -> int:
+    """Return the number of an enumeration's item, given by its literal or its number; raises ValueError."""
+    items = dict(variable.items or {})
+    if isinstance(value, str) and value in items:
+        return items[value]
+    number = value if isinstance(value, int) else int(value) if re.fullmatch(r"[-+]?\d+", str(value)) else None
+    if number is None or isinstance(value, bool) or (items and number not in items.values()):
+        near = nearest(str(value), items)
+        hint = f". Did you mean {' or '.join(near)}?" if near else ""
+        there = ", ".join(f"{literal} ({n})" for literal, n in items.items()) or "any whole number"
+        raise ValueError(f"it has no item {value!r}{hint or '.'} There: {there}")
+    return number
 
 
 def shape_of(value: Any) -> tuple[int, ...] | None:

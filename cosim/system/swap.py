@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from cosim.errors import SimulationError, UnknownName, WiringError, WiringErrors
-from cosim.system.system import Connection, System, Timing
+from cosim.system import Connection, System, Timing
 from fmus.description.description import ModelDescription, ScalarVariable
 from fmus.description.names import split_element, split_port
 

@@ -1,40 +1,23 @@
 """A system and an experiment are data: what flies, how it is wired, how long and with which master."""
 
-import ast
-import math
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
-import numpy as np
-
-from cosim.masters.explicit import Explicit
-from cosim.masters.master import Master
+from cosim.system.value import plain
+from cosim.system.wiring import Wiring
+from cosim.time import Seconds
 
 Timing = Literal["at_point", "after_step", "midpoint", "ramp"]
 TIMINGS: tuple[Timing, ...] = ("at_point", "after_step", "midpoint", "ramp")
 
-_NUMBER = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(.*)$", re.DOTALL)
 
+class MasterSettings(Protocol):
+    """Settings of a master algorithm, a frozen dataclass; `cosim.masters` has what they set."""
 
-@dataclass(frozen=True)
-class Value:
-    """A value with its unit: Value(0.005, "deg"), or in one text: Value("0.005 deg"), Value("[[1,0],[0,2]] kg.m2").
-
-    The unit None means the variable's own. A text that is no number and no list stays a text.
-    """
-
-    value: Any
-    unit: str | None = None
-
-    def __post_init__(self) -> None:
-        """Read a text, make arrays plain."""
-        value, unit = plain(self.value), self.unit
-        if isinstance(value, str) and unit is None:
-            value, unit = _parse(value)
-        object.__setattr__(self, "value", value)
-        object.__setattr__(self, "unit", unit)
+    def timed(self, wiring: Wiring) -> Wiring:
+        """Return the wiring with the timings that this master flies."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -81,6 +64,9 @@ class System:
 class Experiment:
     """Times in s, the master, and what is recorded: every n-th row of the variables that match `record`.
 
+    A time is a float, or a `Fraction` (of `fractions`) where no decimal is exact: Fraction(1, 30). `master` is the
+    settings of a master algorithm; None: those of the default, `Explicit()`.
+
     The patterns of `record` choose among inputs and outputs ("*", "plant.*", "*.q_BN"); a local variable is recorded
     where a pattern names it in full. The first and the last row are always recorded.
 
@@ -88,10 +74,10 @@ class Experiment:
     point at which the flag is above 0.5. That is a result, no failure; run.json has it as its `event`.
     """
 
-    stop_time: float
-    communication_step_size: float
-    master: Master = field(default_factory=Explicit)
-    start_time: float = 0.0
+    stop_time: Seconds
+    communication_step_size: Seconds
+    master: MasterSettings | None = None
+    start_time: Seconds = 0.0
     every: int = 1
     record: Sequence[str] = ("*",)
     stop_when: str = ""
@@ -99,31 +85,3 @@ class Experiment:
     def __post_init__(self) -> None:
         """Make the patterns a tuple."""
         object.__setattr__(self, "record", tuple(self.record))
-
-
-def plain(value: Any) -> Any:
-    """Return arrays, NumPy numbers and tuples as nested lists of Python numbers; all else as it is."""
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    if isinstance(value, list | tuple):
-        return [plain(v) for v in value]
-    return value
-
-
-def _parse(text: str) -> tuple[Any, str | None]:
-    if text.strip() in ("true", "True", "false", "False"):
-        return text.strip().lower() == "true", None
-    if text.strip().lower().lstrip("+-") in ("nan", "inf"):
-        return float(text), None
-    if text.lstrip().startswith("[") and "]" in text:
-        end = text.rindex("]") + 1
-        try:
-            return plain(ast.literal_eval(text[:end].strip())), text[end:].strip() or None
-        except (ValueError, SyntaxError):
-            return text, None
-    match = _NUMBER.match(text)
-    if match is None:
-        return text, None
-    number = float(match[1])
-    whole = number.is_integer() and math.isfinite(number) and re.fullmatch(r"[-+]?\d+", match[1])
-    return (int(number) if whole else number), match[2].strip() or None

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from fmus.description.description import ModelDescription, Scalar
+from fmus.description.description import ModelDescription, Scalar, ScalarVariable
 from fmus.description.units import IDENTITY, Conversion
 
 
@@ -28,6 +28,8 @@ class Link:
     timing: str = "at_point"
     conversion: Conversion = IDENTITY
     step_mean: bool = False
+    allowed: tuple[int, ...] | None = None
+    """The values that the target can take, where the source, of another type, may have others; None: all."""
 
     def __str__(self) -> str:
         """Write "a.y -> b.u (after_step)"."""
@@ -49,6 +51,10 @@ class Wiring:
     def components(self) -> tuple[str, ...]:
         """Instance names in the order of declaration."""
         return tuple(self.descriptions)
+
+    def variable(self, port: Port) -> ScalarVariable:
+        """Return what the description of its FMU says of a variable."""
+        return self.descriptions[port.component].variables[port.variable]
 
     def period(self, component: str) -> int:
         """Return how many communication steps a component takes in one of its own."""

@@ -87,8 +87,34 @@ class Fake:
     def instantiate(self):
         self.calls.append(("instantiate",))
 
-    def set(self, variable, value):
-        self.values[variable.name] = value
+    def get_integer(self, references):
+        self.evaluate(self.values)
+        return [int(self.values[self._names[r]]) for r in references]
+
+    def set_integer(self, references, values):
+        self.values |= {self._names[r]: value for r, value in zip(references, values, strict=True)}
+
+    set_boolean = set_integer
+
+    def get_boolean(self, references):
+        self.evaluate(self.values)
+        return [bool(self.values[self._names[r]]) for r in references]
+
+    def get_string(self, references):
+        self.evaluate(self.values)
+        return [str(self.values[self._names[r]]).encode() for r in references]
+
+    def set_string(self, references, values):
+        self.values |= {self._names[r]: value.decode() for r, value in zip(references, values, strict=True)}
+
+    def reset(self):
+        return False
+
+    def c_interface(self):
+        return None
+
+    def failed(self, status):
+        return None
 
     def setup_experiment(self, t):
         self.calls.append(("setup", t))

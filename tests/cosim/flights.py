@@ -1,9 +1,9 @@
 """A few fakes, connected and flown, in one call."""
 
-from cosim.flights import simulate
+from cosim import simulate
 from cosim.masters.explicit import Explicit
 from cosim.results.result import Result
-from cosim.system.system import Connection, Experiment, System
+from cosim.system import Connection, Experiment, System
 
 
 def run(slaves, connections, stop=1.0, step=0.1, *, master=None, held=None, steps=None, **experiment) -> Result:

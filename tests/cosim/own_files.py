@@ -56,7 +56,7 @@ class Root(Component):
 
 ALONE = '''
 from cosim.masters.explicit import Explicit
-from cosim.system.system import Experiment, System
+from cosim.system import Experiment, System
 
 
 def system():

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
+from cosim import simulate
 from cosim.cli.library import Library, locate
-from cosim.flights import simulate
 from cosim.studies.papers import scenario
 
 STOP = 20.0  # s

@@ -13,7 +13,6 @@ import pyarrow as pa
 import pytest
 from numpy.testing import assert_allclose
 
-from cosim.masters.kernel import kernel
 from cosim.results import recorder
 from cosim.results.result import Result
 from fmus import toolchain
@@ -125,7 +124,7 @@ class TestDisk:
     def test_that_is_full_ends_the_run_and_keeps_the_rows(self, full, adcs):
         done = adcs("run", "zhang2018-ppatc", "--stop", "10", "--out", "out")
         assert done.status == 1
-        text = "ResultUnwritable: out/result.arrows cannot be written: No space left on device. Choose another folder"
+        text = "/out/result.arrows cannot be written: No space left on device. Choose another folder"
         assert text in done.err
         result = Result.read("out")
         assert (result.info["status"], result.info["error"]) == ("failed", "ResultUnwritable")
@@ -154,10 +153,10 @@ class TestDisk:
         assert len(result) > 0
 
     def test_metrics_that_fail_lose_nothing(self, adcs, monkeypatch):
-        def attitude(run, threshold_deg):
+        def measure(run, threshold_deg):
             raise ZeroDivisionError("a bug")
 
-        monkeypatch.setattr("cosim.studies.metrics.attitude", attitude)
+        monkeypatch.setattr("cosim.studies.metrics.measure", measure)
         with pytest.raises(ZeroDivisionError):
             adcs("run", "zhang2018-ppatc", "--stop", "0.05", "--out", "out")
         result = Result.read("out")
@@ -165,20 +164,24 @@ class TestDisk:
 
 
 @pytest.mark.parametrize("arguments", [[], ["--backend", "native"]])
-def test_without_a_compiler_the_python_back_end_flies_and_one_line_says_so(adcs, folder, monkeypatch, arguments):
+def test_without_a_compiler_the_python_back_end_flies_and_one_line_says_so(
+    adcs, folder, monkeypatch, caplog, arguments
+):
     (folder / "none").mkdir()
     monkeypatch.setenv("PATH", str(folder / "none"))
     monkeypatch.setenv("ADCS_BUILD", str(folder / "build"))
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setattr(toolchain, "_has_zig", lambda: False)
-    kernel.library.cache_clear()
+    monkeypatch.setattr("cosim.flights._told", set())
     done = adcs("run", "zhang2018-ppatc", "--stop", "0.02", "--out", "out", *arguments)
-    kernel.library.cache_clear()
     assert done.status == 0
     (line,) = [line for line in done.err.splitlines() if "compiler" in line]
+    (told,) = [record.getMessage() for record in caplog.records if "loop" in record.getMessage()]
+    assert told.startswith("the loop runs in Python, not in the kernel, for no C compiler found (tried cc, gcc, clang")
     assert line.startswith("no C compiler found (tried cc, gcc, clang, python -m ziglang cc). Install gcc or clang")
     assert line.endswith("Until then: python back end.")
     result = Result.read("out")
+    assert (result.info["loop"]["name"], result.info["loop"]["reason"][:20]) == ("python", "no C compiler found ")
     assert {c["path"].split(os.sep)[-2] for c in result.info["components"].values()} == {"python"}
     refused = adcs("build", "Sum")
     assert (refused.status, "NoCompiler: no C compiler found" in refused.err) == (2, True)

@@ -1,97 +1,63 @@
-/* The explicit loop over the FMUs' own functions: cosim/masters/loop.py in C, with the same arithmetic in the same order.
+/* The explicit loop over the FMUs' own functions: cosim/masters/stepping.py in C, with the same arithmetic in the same
+ * order, for many steps between two events.
  *
- * All data is allocated by the caller (cosim/kernel/kernel.py, whose ctypes structures mirror the ones here); the kernel
- * allocates nothing, keeps nothing, and returns after a number of steps, when the block of rows is full, or at the first
- * call that does not succeed. Build with -ffp-contract=off. */
+ * The data is the caller's (structures.py, whose ctypes structures are compared with the ones here when the kernel is
+ * loaded); the kernel allocates nothing but the texts of Strings, and returns at the step that it was asked for, when
+ * the block of rows is full, when time is up, when it is told to stop, where the flag is up, or at the first call that
+ * does not succeed. Build with -ffp-contract=off. */
+#if !defined(_WIN32)
+#define _POSIX_C_SOURCE 199309L /* clock_gettime */
+#endif
 #include <math.h>
 #include <string.h>
 
 #if defined(_WIN32)
 #define EXPORT __declspec(dllexport)
+#define WIN32_LEAN_AND_MEAN
+#include <windows.h>
 #else
 #define EXPORT __attribute__((visibility("default")))
+#include <time.h>
 #endif
 
-typedef long long integer;
-typedef int (*SetReal)(void *, const unsigned *, size_t, const double *);
-typedef int (*GetReal)(void *, const unsigned *, size_t, double *);
-typedef int (*SetDerivatives)(void *, const unsigned *, size_t, const int *, const double *);
-typedef int (*GetDerivatives)(void *, const unsigned *, size_t, const int *, double *);
-typedef int (*DoStep)(void *, double, double, int);
+#include "structures.h"
+#include "texts.h"
 
-enum { AT_POINT, AFTER_STEP, MIDPOINT, RAMP, STEP_MEAN, CENTRED };
-static const double FLAG = 0.5; /* plan.FLAG */
-enum { WARNING = 1 }; /* the highest FMI status that is a success */
-enum { CALL_NONE, CALL_SET, CALL_SET_DERIVATIVES, CALL_STEP, CALL_GET, CALL_GET_DERIVATIVES, CALL_NOT_FINITE };
+static const double FLAG = 0.5;   /* columns.FLAG */
+static const double QUICK = 1e-4; /* s: of steps that take less the clock is read after twice as many, ... */
+enum { BETWEEN_LOOKS = 16 };      /* ... up to so many */
 
-typedef struct {
-    void *instance;
-    SetReal set_real;
-    GetReal get_real;
-    SetDerivatives set_derivatives;
-    GetDerivatives get_derivatives;
-    DoStep do_step;
-    integer period, at_end;
-    /* inputs: input = factor * value + addend, see plan.Inputs */
-    integer inputs;
-    const unsigned *input_references;
-    const integer *source, *timing, *ahead, *source_component;
-    const double *factor, *addend;
-    double *begin_values, *value; /* work: the sources' values at the start of the period; what is set */
-    /* centred inputs: set to b between the step and the reading of the outputs */
-    integer centred;
-    const unsigned *centred_references;
-    const integer *centred_position;
-    double *centred_value; /* work */
-    /* input derivatives, see plan.InputDerivatives */
-    integer input_derivatives;
-    const unsigned *derivative_references;
-    const int *derivative_orders;
-    const integer *position, *slot;
-    double *slope; /* work */
-    /* outputs: `outputs` slots from `offset` on, then `output_derivatives` slots */
-    integer outputs, offset, output_derivatives;
-    const unsigned *output_references, *output_derivative_references;
-    const int *output_derivative_orders;
-} Component;
+/* ---- time ------------------------------------------------------------------------------------------------------- */
 
-typedef struct {
-    integer component, count;
-    const unsigned *references;
-    const integer *slots;
-    double *value; /* work */
-} Reading;
+static double now(void)
+{
+#if defined(_WIN32)
+    LARGE_INTEGER count, frequency;
+    QueryPerformanceCounter(&count);
+    QueryPerformanceFrequency(&frequency);
+    return (double)count.QuadPart / (double)frequency.QuadPart;
+#else
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+#endif
+}
 
-typedef struct {
-    integer start, stop, step, every, steps; /* ns, ns, ns, rows, communication steps */
-    integer components;
-    Component *component;
-    integer refreshes;
-    const Reading *refresh;
-    integer size;
-    double *point, *newest, *next; /* slots: as seen at the communication point; as read last; work */
-    integer columns;
-    const integer *column_source;
-    const double *column_factor, *column_addend;
-    integer stop_slot; /* the flag that ends the run where it is above FLAG, -1: none */
-    /* where the run stands */
-    integer done, last_row;
-    /* what ended it, if anything did */
-    integer failed_call, failed_component, failed_status, failed_slot;
-} Run;
-
-static integer point_ns(const Run *r, integer k)
+/* Communication point k in units of 1/denominator s, and in s, rounded once. */
+static integer point_count(const Run *r, integer k)
 {
     integer at = r->start + k * r->step;
     return at < r->stop ? at : r->stop;
 }
 
-static integer period_start(const Component *c, integer k) { return k - k % c->period; }
+static double point_time(const Run *r, integer k) { return (double)point_count(r, k) / (double)r->denominator; }
+
+static integer period_start(const Component *c, integer k) { return c->period == 1 ? k : k - k % c->period; }
 
 static integer period_end(const Run *r, const Component *c, integer k)
 {
-    integer end = period_start(c, k) + c->period;
-    return end < r->steps ? end : r->steps;
+    integer start = period_start(c, k);
+    return c->period < r->steps - start ? start + c->period : r->steps;
 }
 
 static int is_due(const Run *r, const Component *c, integer k)
@@ -99,21 +65,98 @@ static int is_due(const Run *r, const Component *c, integer k)
     return c->at_end ? k + 1 == period_end(r, c, k) : k == period_start(c, k);
 }
 
-static int failed(Run *r, integer component, int call, int status, integer slot)
+/* ---- calls ------------------------------------------------------------------------------------------------------ */
+
+static int failed(Run *r, integer component, int call, int status, integer slot, integer kind)
 {
     r->failed_component = component;
     r->failed_call = call;
     r->failed_status = status;
     r->failed_slot = slot;
+    r->failed_kind = kind;
     return 1;
 }
+
+static int is_success(int status) { return status == OK || status == WARNING; }
+
+/* Set the inputs of a component to c->value, at the start of its step or `at_end`. */
+static int set_values(Run *r, integer place, int at_end)
+{
+    const Component *c = &r->component[place];
+    const double *value = c->value;
+    integer g, i;
+    for (i = 0; i < c->restricted; i++) {
+        const Allowed *a = &c->allowed[i];
+        integer j = 0;
+        while (j < a->count && (double)a->values[j] != c->value[a->position]) j++;
+        if (j == a->count) return failed(r, place, CALL_REFUSED, OK, a->position, at_end);
+    }
+    for (g = 0; g < c->input_groups; g++) {
+        const Group *group = &c->input_group[g];
+        const unsigned *references = group->references;
+        const size_t n = (size_t)group->count;
+        int status;
+        if (group->kind == REAL) {
+            status = c->set_real(c->instance, references, n, value);
+        } else if (group->kind == STRING) {
+            for (i = 0; i < group->count; i++) group->text[i] = r->texts->text[(integer)value[i]];
+            status = c->set_string(c->instance, references, n, group->text);
+        } else {
+            for (i = 0; i < group->count; i++) group->number[i] = (int)value[i];
+            status = (group->kind == INTEGER ? c->set_integer : c->set_boolean)(c->instance, references, n, group->number);
+        }
+        if (!is_success(status)) return failed(r, place, CALL_SET, status, 0, group->kind);
+        value += n;
+    }
+    return 0;
+}
+
+/* Read a group of outputs into its slots of r->newest. */
+static int get_values(Run *r, integer place, const Group *group)
+{
+    const Component *c = &r->component[place];
+    const size_t n = (size_t)group->count;
+    double *value = group->first >= 0 ? r->newest + group->first : group->value;
+    int status;
+    integer i;
+    if (group->kind == REAL) {
+        status = c->get_real(c->instance, group->references, n, value);
+    } else if (group->kind == STRING) {
+        status = c->get_string(c->instance, group->references, n, group->text);
+        for (i = 0; is_success(status) && i < group->count; i++) {
+            const integer number = kernel_text_number(r->texts, group->text[i]);
+            if (number < 0) return failed(r, place, CALL_MEMORY, OK, 0, STRING);
+            value[i] = (double)number;
+        }
+    } else {
+        status = (group->kind == INTEGER ? c->get_integer : c->get_boolean)(c->instance, group->references, n, group->number);
+        for (i = 0; is_success(status) && i < group->count; i++)
+            value[i] = group->kind == INTEGER ? (double)group->number[i] : (double)(group->number[i] != 0);
+    }
+    if (!is_success(status)) return failed(r, place, CALL_GET, status, 0, group->kind);
+    if (group->first < 0)
+        for (i = 0; i < group->count; i++) r->newest[group->slots[i]] = value[i];
+    return 0;
+}
+
+static int refuse_not_finite(Run *r, integer place, const Group *group)
+{
+    integer i;
+    if (group->kind != REAL) return 0;
+    for (i = 0; i < group->count; i++)
+        if (!isfinite(r->newest[group->slots[i]]))
+            return failed(r, place, CALL_NOT_FINITE, OK, group->slots[i], REAL);
+    return 0;
+}
+
+/* ---- inputs ----------------------------------------------------------------------------------------------------- */
 
 /* A slow source's value at communication point `at`, on the line over its own step. */
 static double between(const Run *r, integer slot, integer place, integer k, integer at)
 {
     const Component *s = &r->component[place];
-    integer begin = point_ns(r, period_start(s, k)), end = point_ns(r, period_end(r, s, k));
-    double fraction = (double)(point_ns(r, at) - begin) / (double)(end - begin);
+    integer begin = point_count(r, period_start(s, k)), end = point_count(r, period_end(r, s, k));
+    double fraction = (double)(point_count(r, at) - begin) / (double)(end - begin);
     return r->point[slot] + (r->newest[slot] - r->point[slot]) * fraction;
 }
 
@@ -147,24 +190,23 @@ static int set_inputs(Run *r, integer place, integer k, double h)
     int status;
     if (!c->inputs) return 0;
     if (!c->at_end)
-        for (i = 0; i < c->inputs; i++) c->begin_values[i] = source_at_start(r, c, i, k);
+        for (i = 0; i < c->inputs; i++) c->begun[i] = source_at_start(r, c, i, k);
     for (i = 0; i < c->inputs; i++) {
-        double value = c->begin_values[i];
+        double value = c->begun[i];
         if (c->timing[i] == AFTER_STEP || c->timing[i] == STEP_MEAN) value = source_at_end(r, c, i, k);
         if (c->timing[i] == MIDPOINT || c->timing[i] == CENTRED) value = 0.5 * (value + source_at_end(r, c, i, k));
         c->value[i] = c->factor[i] * value + c->addend[i];
     }
-    status = c->set_real(c->instance, c->input_references, (size_t)c->inputs, c->value);
-    if (status > WARNING) return failed(r, place, CALL_SET, status, 0);
+    if (set_values(r, place, 0)) return 1;
     if (!c->input_derivatives) return 0;
     for (i = 0; i < c->input_derivatives; i++) {
         integer at = c->position[i];
-        double slope = c->slot[i] < 0 ? (source_at_end(r, c, at, k) - c->begin_values[at]) / h : r->point[c->slot[i]];
+        double slope = c->slot[i] < 0 ? (source_at_end(r, c, at, k) - c->begun[at]) / h : r->point[c->slot[i]];
         c->slope[i] = c->factor[at] * slope;
     }
     status = c->set_derivatives(c->instance, c->derivative_references, (size_t)c->input_derivatives,
                                 c->derivative_orders, c->slope);
-    return status > WARNING ? failed(r, place, CALL_SET_DERIVATIVES, status, 0) : 0;
+    return is_success(status) ? 0 : failed(r, place, CALL_SET_DERIVATIVES, status, 0, REAL);
 }
 
 static int set_centred(Run *r, integer place, integer k)
@@ -172,74 +214,77 @@ static int set_centred(Run *r, integer place, integer k)
     Component *c = &r->component[place];
     integer i;
     int status;
+    if (!c->centred) return 0;
     for (i = 0; i < c->centred; i++) {
         integer at = c->centred_position[i];
         c->centred_value[i] = c->factor[at] * source_at_end(r, c, at, k) + c->addend[at];
     }
-    if (!c->centred) return 0;
     status = c->set_real(c->instance, c->centred_references, (size_t)c->centred, c->centred_value);
-    return status > WARNING ? failed(r, place, CALL_SET, status, 0) : 0;
+    return is_success(status) ? 0 : failed(r, place, CALL_SET, status, 0, REAL);
 }
 
-static int advance(Run *r, integer place, integer k)
+/* ---- a step ----------------------------------------------------------------------------------------------------- */
+
+/* A component's step: its period, which is from t to t + h for one that steps in every communication step. */
+static int take_turn(Run *r, integer place, integer k, double t, double h)
 {
     Component *c = &r->component[place];
-    integer begin = point_ns(r, period_start(c, k)), end = point_ns(r, period_end(r, c, k)), i;
-    double t = (double)begin / 1e9, h = (double)(end - begin) / 1e9, *out = r->newest + c->offset;
+    integer g;
     int status;
+    if (c->period != 1) {
+        t = point_time(r, period_start(c, k));
+        h = point_time(r, period_end(r, c, k)) - t;
+    }
     if (set_inputs(r, place, k, h)) return 1;
     status = c->do_step(c->instance, t, h, 1);
-    if (status > WARNING) return failed(r, place, CALL_STEP, status, 0);
+    if (!is_success(status)) return failed(r, place, CALL_STEP, status, 0, REAL);
     if (set_centred(r, place, k)) return 1;
-    status = c->get_real(c->instance, c->output_references, (size_t)c->outputs, out);
-    if (status > WARNING) return failed(r, place, CALL_GET, status, 0);
+    for (g = 0; g < c->output_groups; g++)
+        if (get_values(r, place, &c->output_group[g])) return 1;
     if (c->output_derivatives) {
         status = c->get_derivatives(c->instance, c->output_derivative_references, (size_t)c->output_derivatives,
-                                    c->output_derivative_orders, out + c->outputs);
-        if (status > WARNING) return failed(r, place, CALL_GET_DERIVATIVES, status, 0);
+                                    c->output_derivative_orders, r->newest + c->offset + c->outputs);
+        if (!is_success(status)) return failed(r, place, CALL_GET_DERIVATIVES, status, 0, REAL);
     }
-    for (i = 0; i < c->outputs; i++)
-        if (!isfinite(out[i])) return failed(r, place, CALL_NOT_FINITE, 0, c->offset + i);
+    for (g = 0; g < c->output_groups; g++)
+        if (refuse_not_finite(r, place, &c->output_group[g])) return 1;
     return 0;
 }
 
 static int refresh(Run *r, const Reading *reading)
 {
     Component *c = &r->component[reading->component];
-    integer i;
-    int status;
+    integer g, i;
     for (i = 0; i < c->inputs; i++) {
         double value = (c->timing[i] == STEP_MEAN ? r->newest : r->next)[c->source[i]];
         c->value[i] = c->factor[i] * value + c->addend[i];
     }
-    status = c->set_real(c->instance, c->input_references, (size_t)c->inputs, c->value);
-    if (status > WARNING) return failed(r, reading->component, CALL_SET, status, 0);
-    status = c->get_real(c->instance, reading->references, (size_t)reading->count, reading->value);
-    if (status > WARNING) return failed(r, reading->component, CALL_GET, status, 0);
-    for (i = 0; i < reading->count; i++) {
-        if (!isfinite(reading->value[i])) {
-            r->newest[reading->slots[i]] = reading->value[i];
-            return failed(r, reading->component, CALL_NOT_FINITE, 0, reading->slots[i]);
-        }
-    }
-    for (i = 0; i < reading->count; i++) r->newest[reading->slots[i]] = r->next[reading->slots[i]] = reading->value[i];
+    if (set_values(r, reading->component, 1)) return 1;
+    for (g = 0; g < reading->groups; g++)
+        if (get_values(r, reading->component, &reading->group[g])) return 1;
+    for (g = 0; g < reading->groups; g++)
+        if (refuse_not_finite(r, reading->component, &reading->group[g])) return 1;
+    for (g = 0; g < reading->groups; g++)
+        for (i = 0; i < reading->group[g].count; i++)
+            r->next[reading->group[g].slots[i]] = r->newest[reading->group[g].slots[i]];
     return 0;
 }
 
 /* Communication step k, from point k to point k + 1. `point` is replaced only when all has succeeded. */
 static int step(Run *r, integer k)
 {
+    const double t = point_time(r, k), h = point_time(r, k + 1) - t;
     integer i, j;
     double *swap;
     for (i = 0; i < r->components; i++) {
         Component *c = &r->component[i];
         if (c->at_end && k == period_start(c, k))
-            for (j = 0; j < c->inputs; j++) c->begin_values[j] = source_at_start(r, c, j, k);
+            for (j = 0; j < c->inputs; j++) c->begun[j] = source_at_start(r, c, j, k);
     }
     for (i = 0; i < r->components; i++)
-        if (is_due(r, &r->component[i], k) && advance(r, i, k)) return 1;
-    memcpy(r->next, r->point, (size_t)r->size * sizeof(double));
-    for (i = 0; i < r->components; i++) {
+        if (is_due(r, &r->component[i], k) && take_turn(r, i, k, t, h)) return 1;
+    memcpy(r->next, r->all_step ? r->newest : r->point, (size_t)r->size * sizeof(double));
+    for (i = 0; i < r->components && !r->all_step; i++) {
         const Component *c = &r->component[i];
         if (period_end(r, c, k) == k + 1)
             memcpy(r->next + c->offset, r->newest + c->offset,
@@ -253,29 +298,50 @@ static int step(Run *r, integer k)
     return 0;
 }
 
-static void write_row(const Run *r, integer k, double *row)
+/* Put into the own slot of every connected input what its source gives it at the communication point. */
+static void show_inputs(Run *r)
 {
     integer i;
-    row[0] = (double)point_ns(r, k) / 1e9;
-    for (i = 0; i < r->columns; i++)
-        row[1 + i] = r->column_factor[i] * r->point[r->column_source[i]] + r->column_addend[i];
+    for (i = 0; i < r->inputs; i++)
+        r->point[r->input_slot[i]] = r->input_factor[i] * r->point[r->input_source[i]] + r->input_addend[i];
 }
 
-/* Take up to `most` steps; rows go to `rows` (`capacity` rows of 1 + columns) from row `count` on. Returns the new count;
- * r->done and r->failed_call say how it went. */
-EXPORT integer kernel_run(Run *r, integer most, double *rows, integer capacity, integer count)
+static void write_row(Run *r, integer k, double *row)
 {
-    integer until = r->done + most;
-    if (until > r->steps) until = r->steps;
-    while (r->done < until && count < capacity) {
+    integer i;
+    show_inputs(r);
+    row[0] = point_time(r, k);
+    for (i = 0; i < r->columns; i++) row[1 + i] = r->point[r->column_slot[i]];
+}
+
+/* Take steps to communication point `until`, for about `seconds`. Rows go to `rows` (`capacity` rows of 1 + columns)
+ * from row `*count` on, which counts complete rows at any time. Returns 0, or -1 for a run that cannot be; r->done and
+ * r->failed_call say how it went. */
+EXPORT int kernel_run(Run *r, integer until, double seconds, double *rows, integer capacity, volatile integer *count)
+{
+    const double begun = now();
+    double last = begun;
+    integer i, look = 1, next_look = r->done + 1;
+    if (r->every < 1 || r->denominator < 1 || r->step < 1 || until > r->steps) return -1;
+    for (i = 0; i < r->components; i++)
+        if (r->component[i].period < 1) return -1;
+    while (r->done < until && *count < capacity && !*r->stop_asked) {
         if (r->stop_slot >= 0 && r->point[r->stop_slot] > FLAG) break;
         if (step(r, r->done)) break;
         r->done++;
         if (r->done % r->every == 0 || r->done == r->steps) {
-            write_row(r, r->done, rows + count * (1 + r->columns));
+            write_row(r, r->done, rows + *count * (1 + r->columns));
             r->last_row = r->done;
-            count++;
+            ++*count;
+        }
+        if (r->done >= next_look) {
+            const double t = now();
+            if (t - begun > seconds) break;
+            look = t - last < QUICK && look < BETWEEN_LOOKS ? 2 * look : t - last < QUICK ? look : 1;
+            last = t;
+            next_look = r->done + look;
         }
     }
-    return count;
+    show_inputs(r);
+    return 0;
 }

@@ -81,7 +81,7 @@ class TestOptions:
             (["--step", "nan"], "--step is 'nan': write a number and one of s, ms, us, ns, min, h"),
             (["--stop", "0"], "stop_time is 0.0 s: it must be later than start_time, 0.0 s"),
             (["--stop", "0.5ns"], "stop_time is 5e-10 s: it is no whole number of nanoseconds"),
-            (["--every", "0"], "every is 0: it must be a whole number of steps, 1 or more"),
+            (["--every", "0"], "every is 0: it must be a whole number of steps, 1 to 4611686018427387904"),
             (["--every", "x"], "Invalid value for '--every'"),
             (["--extrapolation", "3"], "extrapolation of order 3. Choose 0, 1 or 2."),
             (["--master", "jacoby"], 'unknown master "jacoby" in --master. Did you mean "jacobi"?'),
@@ -176,7 +176,7 @@ class TestParameters:
 
 
 WIRED = """
-from cosim.system.system import Connection, Experiment, System
+from cosim.system import Connection, Experiment, System
 
 
 def system():

@@ -12,7 +12,7 @@ from fmpy.validation import validate_fmu
 from numpy.testing import assert_array_equal
 
 from components.catalog import CATALOG
-from cosim.flights import simulate
+from cosim import simulate
 from cosim.studies.papers import describe, scenario
 from fmus.description.read import read_description
 

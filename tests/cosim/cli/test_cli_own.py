@@ -65,7 +65,7 @@ class TestUse:
 
 
 SYSTEM = """
-from cosim.system.system import Connection, Experiment, System
+from cosim.system import Connection, Experiment, System
 
 SEEN = ["plant.q_BN", "plant.omega_BN_B", "guidance.q_RN", "guidance.omega_RN_R", "guidance.omega_dot_RN_R"]
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from cosim.flights import simulate
+from cosim import simulate
 from cosim.masters.explicit import Explicit
 from cosim.results.result import Result
 from cosim.studies import papers

@@ -15,7 +15,7 @@ class TestFailures:
         with pytest.raises(StepFailed) as caught:
             run([Failing("wheels", 0.3, "fmi2Error")], [], held={"wheels.u": 0.0})
         error = caught.value
-        assert (error.component, error.status, error.time, error.step) == ("wheels", "fmi2Error", 0.3, 0.1)
+        assert (error.component, error.status, error.time, error.step) == ("wheels", "fmi2Error", 0.3, 0.4 - 0.3)
         assert str(error) == (
             "wheels returned fmi2Error at communication point 0.3 s, step 0.1 s\n    the wheel came off"
         )

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cosim import simulate
 from cosim.cli.library import Library
-from cosim.flights import simulate
 from cosim.masters.explicit import Explicit
-from cosim.system.system import Connection, Experiment, System
+from cosim.system import Connection, Experiment, System
 
 FILE = Path(__file__).parents[1] / "sampled.py"
 T = 0.1

@@ -8,11 +8,11 @@ import fmpy
 import pytest
 from numpy.testing import assert_allclose
 
+from cosim import simulate
 from cosim.errors import FmuError, InitializationFailed, StepFailed
-from cosim.flights import simulate
 from cosim.masters.explicit import Explicit
 from cosim.slaves.fmi2 import FmuSlave
-from cosim.system.system import Connection, Experiment, System
+from cosim.system import Connection, Experiment, System
 from fmus.description.read import read_description
 
 from .. import tiny_fmu

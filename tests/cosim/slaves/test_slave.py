@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from cosim.errors import CallFailed
+from cosim.masters.calls import write_variables
 from cosim.slaves.fmi2 import FmuSlave
 from fmus.description.read import parse_description, read_description
 
@@ -80,8 +81,9 @@ class TestInterface:
 
 class TestCalls:
     def test_all_types_can_be_set(self, slave):
-        for name, value in (("k", 2.5), ("n", 7), ("on", False), ("label", "b")):
-            slave.set(slave.description.variables[name], value)
+        variables = slave.description.variables
+        write_variables(slave, [(variables["k"], 2.5), (variables["n"], 7), (variables["on"], False)])
+        write_variables(slave, [(variables["label"], "b")])
         assert slave.get_real(references(slave, "k")) == [2.5]
 
     def test_step(self, slave):

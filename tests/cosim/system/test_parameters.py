@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from cosim.system.system import Value
+from cosim.system import Value
 from cosim.system.wiring import Port
 
 from ..fakes import Vehicle
@@ -72,8 +72,8 @@ class TestParameters:
             ("plant.rho", math.nan, "parameter plant.rho: the value nan is not finite"),
             ("plant.rho", Value("inf"), "parameter plant.rho: the value inf is not finite"),
             ("plant.count", 1.5, "parameter plant.count: it is Integer, the value 1.5 is float"),
-            ("plant.on", 1, "parameter plant.on: it is Boolean, the value 1 is int"),
-            ("plant.label", Value(1, None), "parameter plant.label: it is String, the value 1 is int"),
+            ("plant.on", 2, "parameter plant.on: it is Boolean, the value 2 is int. Write true, false, 1 or 0"),
+            ("plant.label", Value(1, None), "parameter plant.label: it is String, the value 1 is int. Write it in quotes: '\"1\"'"),
             ("plant.J", 1.0, "parameter plant.J: it is a matrix of 2 x 2, the value is a scalar"),
             ("plant.J", [1, 2], "parameter plant.J: it is a matrix of 2 x 2, the value is a vector of 2"),
             ("plant.J", [[1, 2], [3]], "parameter plant.J: it is a matrix of 2 x 2, the value is a ragged list"),

@@ -1,13 +1,14 @@
 """Time, names, units, values, descriptions: the parts that everything else stands on."""
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
 from cosim.errors import TimeError, UnknownName
-from cosim.system.system import Connection, System, Value
-from cosim.time import Schedule, instant_ns, parse_seconds, to_ns
+from cosim.system import Connection, System, Value
+from cosim.time import Schedule, exact_seconds, parse_seconds
 from fmus.description.names import group, nearest, split_port
 from fmus.description.units import BaseUnit, Conversion, Unit, conversion, resolve
 
@@ -16,32 +17,55 @@ from ..fakes import UNITS, Vehicle
 
 class TestTime:
     @pytest.mark.parametrize(
-        ("seconds", "ns"),
-        [(0.001, 1_000_000), (1, 10**9), (1e-9, 1), (0.1, 10**8), (200.0, 2 * 10**11), (1 / 8, 125 * 10**6)],
+        ("seconds", "exact"),
+        [
+            (0.001, Fraction(1, 1000)),
+            (1, Fraction(1)),
+            (1e-9, Fraction(1, 10**9)),
+            (200.0, Fraction(200)),
+            (1 / 8, Fraction(1, 8)),
+            (1 / 3, Fraction(1, 3)),
+            (1 / 30, Fraction(1, 30)),
+            (1 / 1024, Fraction(1, 1024)),
+            (Fraction(1, 44_100), Fraction(1, 44_100)),
+            (Fraction(1, 10**9), Fraction(1, 10**9)),
+        ],
     )
-    def test_whole_nanoseconds(self, seconds, ns):
-        assert to_ns(seconds, "step") == ns
+    def test_the_fraction_that_is_meant(self, seconds, exact):
+        assert exact_seconds(seconds, "step") == exact
 
-    @pytest.mark.parametrize("seconds", [0.0, -1.0, 0.5e-9, 1 / 3, math.nan, math.inf, True, 1e12, 1e300])
+    @pytest.mark.parametrize("seconds", [0.5e-9, 1.5e-9, 0.1 + 0.2, math.pi, math.nan, math.inf, True])
     def test_refused(self, seconds):
-        with pytest.raises(TimeError, match=r"^step is .*Times are counted in whole nanoseconds"):
-            to_ns(seconds, "step")
+        with pytest.raises(
+            TimeError, match=r"^step is .*Times are whole nanoseconds or fractions: 0.001, Fraction\(1, 30\)"
+        ):
+            exact_seconds(seconds, "step")
 
     def test_messages(self):
-        with pytest.raises(TimeError, match=r"step is 0.0 s: it must be positive"):
-            to_ns(0.0, "step")
-        with pytest.raises(TimeError, match=r"step is 1.5e-09 s: it is no whole number of nanoseconds"):
-            to_ns(1.5e-9, "step")
-        with pytest.raises(TimeError, match=r"step is 1e\+300 s: it is beyond 4.61e\+09 s"):
-            to_ns(1e300, "step")
+        with pytest.raises(
+            TimeError, match=r"step is 1.5e-09 s: it is no whole number of nanoseconds, and no fraction"
+        ):
+            exact_seconds(1.5e-9, "step")
         with pytest.raises(TimeError, match="start is inf: it must be a finite number"):
-            instant_ns(math.inf, "start")
+            exact_seconds(math.inf, "start")
+        with pytest.raises(TimeError, match="step is 1/1000000001 s: its denominator is above 1000000000"):
+            exact_seconds(Fraction(1, 10**9 + 1), "step")
         with pytest.raises(TimeError, match=r"stop_time is 1.0 s: it must be later than start_time, 2.0 s"):
             Schedule.of(2.0, 1.0, 0.1, 1)
-        with pytest.raises(TimeError, match="every is 0: it must be a whole number of steps, 1 or more"):
-            Schedule.of(0.0, 1.0, 0.1, 0)
-        with pytest.raises(TimeError, match="communication_step_size"):
+        with pytest.raises(TimeError, match="communication_step_size is -0.1 s: it must be positive"):
             Schedule.of(0.0, 1.0, -0.1, 1)
+
+    @pytest.mark.parametrize("every", [0, -1, 1.5, True, 2**62 + 1, 10**30])
+    def test_every_that_cannot_be_counted(self, every):
+        message = f"every is .*: it must be a whole number of steps, 1 to {2**62}"
+        with pytest.raises(TimeError, match=message):
+            Schedule.of(0.0, 1.0, 0.1, every)
+
+    @pytest.mark.parametrize(("stop", "step"), [(1e300, 0.1), (1e9, 1e-9), (1.0, Fraction(1, 999_999_937))])
+    def test_counts_that_are_no_doubles_are_refused(self, stop, step):
+        """2^53 is the last whole number from which a double is never the neighbour."""
+        with pytest.raises(TimeError, match=r"it is beyond what can be counted in units of 1/\d+ s"):
+            Schedule.of(0.0, stop if stop != 1.0 else Fraction(10**8 + 1, 999_999_929), step, 1)
 
     @pytest.mark.parametrize(
         ("text", "seconds"),
@@ -53,12 +77,15 @@ class TestTime:
             ("1e-3", 0.001),
             ("3 ns", 3e-9),
             ("2 min", 120.0),
+            ("1/30", Fraction(1, 30)),
+            ("1/8 s", 0.125),
+            ("1/3 ms", Fraction(1, 3000)),
         ],
     )
     def test_text(self, text, seconds):
         assert parse_seconds(text, "step") == seconds
 
-    @pytest.mark.parametrize("text", ["", "ms", "1 day", "1.2.3", "1 ms 2"])
+    @pytest.mark.parametrize("text", ["", "ms", "1 day", "1.2.3", "1 ms 2", "1/0", "1/2/3"])
     def test_text_refused(self, text):
         with pytest.raises(TimeError, match="step is"):
             parse_seconds(text, "step")
@@ -66,8 +93,18 @@ class TestTime:
     def test_points(self):
         schedule = Schedule.of(0.0, 1.05, 0.1, 4)
         assert schedule.steps == 11
-        assert [schedule.point(k) for k in (0, 10, 11)] == [0, 10**9, 1_050_000_000]
+        assert [schedule.time(k) for k in (0, 1, 3, 10, 11)] == [0.0, 0.1, 0.3, 1.0, 1.05]
         assert [k for k in range(12) if schedule.recorded(k)] == [0, 4, 8, 11]
+
+    @pytest.mark.parametrize("step", [0.001, 0.01, 0.1, Fraction(1, 30), Fraction(1, 7), Fraction(1, 44_100)])
+    def test_points_are_rounded_once_and_a_step_ends_on_the_next(self, step):
+        schedule = Schedule.of(0.0, 1000.0, step, 1)
+        ks = [*range(2000), *range(schedule.steps - 2000, schedule.steps)]
+        for k in ks:
+            t, after = schedule.time(k), schedule.time(k + 1)
+            exact = Fraction(schedule.step, schedule.denominator) * k
+            assert t == exact.numerator / exact.denominator
+            assert t + (after - t) == after
 
 
 class TestNames:

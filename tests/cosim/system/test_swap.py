@@ -3,8 +3,8 @@
 import pytest
 
 from cosim.errors import UnknownName, WiringErrors
+from cosim.system import Connection, System
 from cosim.system.swap import replace
-from cosim.system.system import Connection, System
 
 from ..fakes import describe
 

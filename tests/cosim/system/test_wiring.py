@@ -3,7 +3,7 @@
 import pytest
 
 from cosim.errors import UnknownName, WiringErrors
-from cosim.masters.planning import build
+from cosim.masters.explicit import Explicit
 from cosim.system.wiring import Port
 from cosim.time import Schedule
 
@@ -73,14 +73,14 @@ class TestConnections:
             "b.eta cannot be the target of a connection: its causality is output. Inputs of b: tau_B, angle."
         )
 
-    def test_only_real_variables(self):
+    def test_a_real_source_on_a_boolean(self):
         flag = Integrator("i")
         flag.description = describe(inputs=["u"], outputs=["y"])
         variable = flag.description.variables["u"]
         flag.description.variables["u"] = type(variable)("u", 0, "Boolean", "input", initial="exact", start=True)
         assert only([("plant.power", "i.u")], [Vehicle(), flag]) == (
-            "i.u is Boolean: only Real variables can be connected. "
-            'An input of type Boolean can be held: held={"i.u": ...}.'
+            "plant.power is Real, i.u is Boolean: cannot connect them. "
+            "A Boolean takes Boolean, and Integer and Enumeration while they are 0 or 1."
         )
         assert wired((), [Vehicle(), flag], held=HELD | {"i.u": False}).held[Port("i", "u")] is False
 
@@ -129,7 +129,7 @@ class TestTimings:
     def rates(self, connections, slaves, **steps):
         wiring = wired(connections, slaves, held={}, steps=steps)
         with pytest.raises(WiringErrors) as caught:
-            build(wiring, Schedule.of(0.0, 1.0, 0.1, 1), ["*"])
+            Explicit().course(wiring, Schedule.of(0.0, 1.0, 0.1, 1), ["*"])
         (mistake,) = caught.value.mistakes
         return str(mistake)
 
@@ -155,7 +155,7 @@ class TestTimings:
         assert "m waits for faster components, so that its values come too late" in text
 
     def test_steps(self):
-        assert "steps of plant is 0. It must be a whole number, 1 or more." in only(steps={"plant": 0})
+        assert "steps of plant is 0. It must be a whole number, 1 to 4611686018427387904." in only(steps={"plant": 0})
         assert 'unknown component "plent" in steps' in only(steps={"plent": 2})
 
 

@@ -7,13 +7,11 @@ give them, by differences where not; refused with the loop printed variable by v
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cosim.arrays import FloatArray
 from cosim.errors import AlgebraicLoop, CallFailed
-from cosim.masters.exchange import Exchange
-from cosim.masters.plan import Reading
-
-FloatArray = NDArray[np.float64]
+from cosim.masters.initialization.values import Reading, Values
+from cosim.masters.types import Kind
 
 TOLERANCE = 1e-10
 """Largest accepted |G(x) - x|, relative to the larger of |x| and 1."""
@@ -27,9 +25,10 @@ def same_bits(a: FloatArray, b: FloatArray) -> bool:
 class Loop:
     """The outputs of a loop: `readings` one for each component, `path` the loop as text."""
 
-    def __init__(self, exchange: Exchange, readings: tuple[Reading, ...], path: tuple[str, ...]) -> None:
-        self.exchange, self.readings, self.path = exchange, readings, path
-        self.slots = np.concatenate([r.slots for r in readings])
+    def __init__(self, values: Values, readings: tuple[Reading, ...], path: tuple[str, ...]) -> None:
+        self.all, self.readings, self.path = values, readings, path
+        self.groups = [(r.component, group) for r in readings for group in r.groups]
+        self.slots = np.concatenate([group.slots for _, group in self.groups])
         self.solved = False
 
     def evaluate(self) -> None:
@@ -37,11 +36,11 @@ class Loop:
 
         Raises `AlgebraicLoop` if there is no solution near.
         """
-        if not self.exchange.known[self.slots].all():
+        if not self.all.known[self.slots].all():
             for reading in self.readings:
-                self.exchange.set_inputs(reading.component)
-                self.exchange.store(reading, self.exchange.read(reading))
-        x = self.exchange.values[self.slots].copy()
+                self.all.set_inputs(reading.component)
+                self.all.store(reading)
+        x = self.all.values[self.slots].copy()
         if self.solved and self._fits(x):
             return self._keep(x)
         for _ in range(len(x) + 1):  # a loop that is one only for want of dependencies settles here, exactly
@@ -49,17 +48,19 @@ class Loop:
             if same_bits(new, x):
                 return self._keep(x)
             x = new
-        return self._keep(self._root(self.exchange.values[self.slots]))
+        if any(group.kind != Kind.REAL for _, group in self.groups):
+            raise AlgebraicLoop(self.path, "its values, some of which are not Real, do not settle")
+        return self._keep(self._root(self.all.values[self.slots]))
 
     def _keep(self, x: FloatArray) -> None:
-        self.exchange.values[self.slots] = x
+        self.all.values[self.slots] = x
 
     def _passed(self, x: FloatArray) -> FloatArray:
         """Return G(x)."""
         self._keep(x)
         for reading in self.readings:
-            self.exchange.set_inputs(reading.component)
-        return np.concatenate([self.exchange.read(r) for r in self.readings])
+            self.all.set_inputs(reading.component)
+        return np.concatenate([values for r in self.readings for values in self.all.read(r)])
 
     def _fits(self, x: FloatArray) -> bool:
         return bool(np.all(np.abs(self._passed(x) - x) <= TOLERANCE * np.maximum(1.0, np.abs(x))))
@@ -68,7 +69,7 @@ class Loop:
         from scipy.optimize import root  # takes long to import, and few systems have a loop
 
         derivatives = all(
-            self.exchange.slave(r.component).description.provides_directional_derivative for r in self.readings
+            self.all.slaves[r.component].description.provides_directional_derivative for r in self.readings
         )
         try:
             x: FloatArray = np.asarray(
@@ -89,13 +90,12 @@ class Loop:
         self._passed(x)
         matrix = -np.eye(len(x))
         place = {slot: i for i, slot in enumerate(self.slots)}
-        for reading in self.readings:
-            slave = self.exchange.slave(reading.component)
-            inputs = self.exchange.components[reading.component].inputs
-            rows = [place[slot] for slot in reading.slots]
-            for j, slot in enumerate(inputs.source):
+        for component, group in self.groups:
+            inputs = self.all.layout.components[component].inputs
+            rows = [place[slot] for slot in group.slots]
+            for j, (slot, reference) in enumerate(zip(inputs.source, inputs.references, strict=True)):
                 if slot in place:
                     seed = np.array([inputs.factor[j]])
-                    column = slave.directional_derivative(reading.references, (inputs.references[j],), seed)
-                    matrix[rows, place[slot]] += column
+                    slave = self.all.slaves[component]
+                    matrix[rows, place[slot]] += slave.directional_derivative(group.references, (reference,), seed)
         return matrix

@@ -1,0 +1,1 @@
+"""How far the next step goes, and whether the last one counts."""

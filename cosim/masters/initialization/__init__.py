@@ -1,0 +1,1 @@
+"""The way to the first communication point: exact, the same for every master."""

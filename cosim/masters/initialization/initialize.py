@@ -1,0 +1,168 @@
+"""Exact initialization, the same for every master.
+
+In initialization mode inputs are set and outputs read in the order of InitialUnknowns, again and again, until no bit
+changes. Algebraic loops are solved (algebraic_loop.py).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cosim.arrays import FloatArray
+from cosim.errors import AlgebraicLoop, CallFailed, InitializationFailed
+from cosim.masters.calls import read_groups, write_variables
+from cosim.masters.initialization.algebraic_loop import Loop, same_bits
+from cosim.masters.initialization.values import Reading, Values
+from cosim.masters.layout import ComponentLayout, Layout, groups_of
+from cosim.masters.point import Point
+from cosim.slaves.slave import Slave
+from cosim.system import graph
+from cosim.system.wiring import Port, Wiring
+from fmus.description.annotations import COMMIT_SHOWN
+from fmus.description.description import Scalar, ScalarVariable
+
+Settings = Mapping[str, Sequence[tuple[ScalarVariable, Scalar]]]
+"""Instance -> its variables, each with its value."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """Outputs to be evaluated together: of one component, or with `loop` those of an algebraic loop and its text."""
+
+    readings: tuple[Reading, ...]
+    loop: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Initialization:
+    """What is set before initialization mode and at its start, and in which order outputs are evaluated in it."""
+
+    layout: Layout
+    settings: Settings
+    held: Settings
+    parts: tuple[Part, ...]
+
+    @classmethod
+    def of(cls, wiring: Wiring, layout: Layout) -> "Initialization":
+        """Order the outputs of a wiring, its timings those that are flown."""
+        places = {c.name: i for i, c in enumerate(layout.components)}
+
+        def readings(outputs: tuple[Port, ...]) -> tuple[Reading, ...]:
+            found: list[Reading] = []
+            for name in dict.fromkeys(port.component for port in outputs):
+                mine = [port for port in outputs if port.component == name]
+                found.append(Reading(places[name], groups_of(wiring, mine, [layout.slots[p] for p in mine])))
+            return tuple(found)
+
+        evaluations = graph.initialization_order(wiring)
+        loops = [tuple(graph.loop_path(wiring, e.outputs, initial=True)) if e.loop else () for e in evaluations]
+        parts = [Part(readings(e.outputs), loop) for e, loop in zip(evaluations, loops, strict=True)]
+        return cls(layout, _settings(wiring), _by_component(wiring, wiring.held), tuple(parts))
+
+    def start(self, slaves: Mapping[str, Slave], t: float) -> Point:
+        """Bring fresh slaves to the first communication point, at `t` s, and return it.
+
+        Raises `InitializationFailed` (an FMU refused, an output is not finite), `AlgebraicLoop`, `ValueRefused`.
+        """
+        point = Point.start(self.layout)
+        values = Values(self.layout, slaves, point, t)
+        try:
+            self._enter(slaves, t)
+            self._settle(values)
+            for place in range(len(self.layout.components)):
+                values.set_inputs(place)
+            for slave in slaves.values():
+                slave.exit_initialization_mode()
+            self._read(slaves, point)
+        except CallFailed as error:
+            raise self._refusal(values, slaves, error) from error
+        self.layout.show_inputs(point.values)
+        point.newest[:] = point.values
+        return point
+
+    def _enter(self, slaves: Mapping[str, Slave], t: float) -> None:
+        for name, slave in slaves.items():
+            slave.instantiate()
+            slave.setup_experiment(t)
+            write_variables(slave, self.settings.get(name, ()))
+        for slave in slaves.values():
+            slave.enter_initialization_mode()
+        for name, values in self.held.items():
+            write_variables(slaves[name], values)
+
+    def _settle(self, values: Values) -> None:
+        """Sweep until no bit changes; n parts need at most n + 2 sweeps even where InitialUnknowns are wrong."""
+        parts = [Loop(values, p.readings, p.loop) if p.loop else Chain(values, p.readings) for p in self.parts]
+        before = values.values.copy()
+        for _ in range(len(parts) + 3):
+            before, known = values.values.copy(), values.known.copy()
+            for part in parts:
+                part.evaluate()
+            if same_bits(values.values, before) and (values.known == known).all():
+                return
+        changed = np.flatnonzero(values.values != before)
+        changing = [str(port) for port, slot in self.layout.slots.items() if slot in changed]
+        raise AlgebraicLoop(changing, "these values never settle, though InitialUnknowns show no loop")
+
+    def _read(self, slaves: Mapping[str, Slave], point: Point) -> None:
+        for c in self.layout.components:
+            slave, outputs = slaves[c.name], c.outputs
+            read_groups(slave, outputs.groups, point.values, point.texts)
+            if not np.isfinite(point.values[outputs.reals]).all():
+                raise _not_finite(c, point.values, slave)
+            if outputs.derivative_references:
+                point.values[outputs.derivatives] = slave.get_output_derivatives(
+                    outputs.derivative_references, outputs.derivative_orders
+                )
+
+    def _refusal(self, values: Values, slaves: Mapping[str, Slave], error: CallFailed) -> InitializationFailed:
+        """Return what failed; where a value that is not finite was passed on, the words of the component that made it.
+
+        Its parameters may be the reason, of which an FMU speaks when initialization mode ends; before, only its
+        neighbour has refused the number.
+        """
+        for c in self.layout.components if error.function == "fmi2SetReal" else ():
+            if not np.isfinite(values.values[c.outputs.reals]).all():
+                try:
+                    slaves[c.name].exit_initialization_mode()
+                except CallFailed as reason:
+                    error = reason
+                    break
+                return _not_finite(c, values.values, slaves[c.name])
+        return InitializationFailed(error.component, f"{error.function} returned {error.status}", error.messages)
+
+
+def _settings(wiring: Wiring) -> Settings:
+    """Return what is set before initialization, and in our sampled FMUs which inputs a step takes (COMMIT_SHOWN)."""
+    found = {name: list(values) for name, values in _by_component(wiring, wiring.settings).items()}
+    for name, description in wiring.descriptions.items():
+        if description.sampled and any(link.timing != "at_point" for link in wiring.into(name)):
+            found.setdefault(name, []).append((description.variables[COMMIT_SHOWN], 1.0))
+    return found
+
+
+def _by_component(wiring: Wiring, values: Mapping[Port, Scalar]) -> Settings:
+    found: dict[str, list[tuple[ScalarVariable, Scalar]]] = {}
+    for port, value in values.items():
+        found.setdefault(port.component, []).append((wiring.variable(port), value))
+    return found
+
+
+def _not_finite(c: ComponentLayout, values: FloatArray, slave: Slave) -> InitializationFailed:
+    mine = values[c.outputs.reals]
+    i = int(np.flatnonzero(~np.isfinite(mine))[0])
+    return InitializationFailed(c.name, f"{c.outputs.names[i]} is {mine[i]} at the start", tuple(slave.messages))
+
+
+class Chain:
+    """Outputs of one component that depend on none of their own."""
+
+    def __init__(self, values: Values, readings: tuple[Reading, ...]) -> None:
+        self.values, self.readings = values, readings
+
+    def evaluate(self) -> None:
+        """Set the inputs, read the outputs."""
+        for reading in self.readings:
+            self.values.set_inputs(reading.component)
+            self.values.store(reading)

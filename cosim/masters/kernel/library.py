@@ -1,0 +1,100 @@
+"""The kernel as a loaded library: compiled once, kept on disk, checked before it is trusted."""
+
+import ctypes
+import hashlib
+import os
+import sys
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+from platform import machine
+from typing import Any
+
+from cosim.masters.kernel.structures import sizes_and_offsets
+from cosim.slaves.slave import Slave
+from fmus import places
+from fmus.errors import BuildError
+from fmus.toolchain import compile_library
+
+SOURCES = tuple(Path(__file__).with_name(name) for name in ("kernel.c", "structures.h", "texts.h"))
+
+_lock = threading.Lock()
+_loaded: dict[Path, ctypes.CDLL] = {}
+
+
+def library() -> ctypes.CDLL:
+    """Return the kernel; raises `BuildError` where it cannot be compiled.
+
+    A file that is empty, cut, or of other structures than this process has is compiled anew.
+    """
+    with _lock:
+        parts = [*(source.read_bytes() for source in SOURCES), f"{sys.platform} {machine()}".encode()]
+        key = hashlib.sha256(b"\0".join(parts)).hexdigest()[:16]
+        path = places.kernel() / f"kernel-{key}{'.dll' if os.name == 'nt' else '.so'}"
+        if path not in _loaded:
+            found = _load(path)
+            if found is None:
+                path.unlink(missing_ok=True)
+                compile_library(SOURCES[0].parent, SOURCES[0].name, path)
+                _seal(path).write_text(_digest(path), encoding="ascii")
+                found = _load(path)
+            if found is None:
+                raise BuildError(f"{path} was compiled, but cannot be loaded. Is $CC a compiler for this machine?")
+            _loaded[path] = found
+        return _loaded[path]
+
+
+def obstacle(slaves: Mapping[str, Slave]) -> str:
+    """Return why these slaves cannot fly in the kernel, "" if they can."""
+    other = next((name for name, slave in slaves.items() if slave.c_interface() is None), None)
+    if other is not None:
+        return f"{other} has no interface in C"
+    try:
+        library()
+    except (BuildError, OSError) as error:
+        return str(error).partition("\n")[0]
+    return ""
+
+
+def _load(path: Path) -> ctypes.CDLL | None:
+    """Return the library of a file, None if it is not whole, not loadable, or not of this process's structures."""
+    seal = _seal(path)
+    if not (path.is_file() and seal.is_file() and seal.read_text(encoding="ascii") == _digest(path)):
+        return None  # a cut library may load and end the process later
+    try:
+        found = ctypes.CDLL(str(path))
+        return _declared(found) if _layout(found) == list(sizes_and_offsets()) else None
+    except (OSError, AttributeError):
+        return None
+
+
+def _layout(found: ctypes.CDLL) -> list[int]:
+    count = ctypes.c_longlong()
+    found.kernel_layout.restype = ctypes.POINTER(ctypes.c_longlong)
+    numbers: Any = found.kernel_layout(ctypes.byref(count))
+    return [int(numbers[i]) for i in range(count.value)]
+
+
+def _declared(found: ctypes.CDLL) -> ctypes.CDLL:
+    integer, pointer = ctypes.c_longlong, ctypes.c_void_p
+    found.kernel_run.restype = ctypes.c_int
+    found.kernel_run.argtypes = [pointer, integer, ctypes.c_double, pointer, integer, pointer]
+    found.kernel_texts.restype = pointer
+    found.kernel_texts.argtypes = []
+    found.kernel_free_texts.restype = None
+    found.kernel_free_texts.argtypes = [pointer]
+    found.kernel_text_number.restype = integer
+    found.kernel_text_number.argtypes = [pointer, ctypes.c_char_p]
+    found.kernel_text.restype = ctypes.c_char_p
+    found.kernel_text.argtypes = [pointer, integer]
+    found.kernel_text_count.restype = integer
+    found.kernel_text_count.argtypes = [pointer]
+    return found
+
+
+def _seal(path: Path) -> Path:
+    return path.with_name(f"{path.name}.sha256")
+
+
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -1,0 +1,155 @@
+/* The structures of the kernel. kernel_layout tells their sizes and offsets to structures.py, which has them in ctypes and
+ * compares. */
+#include <stddef.h>
+
+typedef long long integer;
+typedef int (*SetReal)(void *, const unsigned *, size_t, const double *);
+typedef int (*GetReal)(void *, const unsigned *, size_t, double *);
+typedef int (*SetInteger)(void *, const unsigned *, size_t, const int *);
+typedef int (*GetInteger)(void *, const unsigned *, size_t, int *);
+typedef int (*SetString)(void *, const unsigned *, size_t, const char *const *);
+typedef int (*GetString)(void *, const unsigned *, size_t, const char **);
+typedef int (*SetDerivatives)(void *, const unsigned *, size_t, const int *, const double *);
+typedef int (*GetDerivatives)(void *, const unsigned *, size_t, const int *, double *);
+typedef int (*DoStep)(void *, double, double, int);
+
+enum { AT_POINT, AFTER_STEP, MIDPOINT, RAMP, STEP_MEAN, CENTRED }; /* turns.py */
+enum { REAL, INTEGER, BOOLEAN, STRING };                           /* types.Kind */
+enum { OK = 0, WARNING = 1 };                                      /* the FMI statuses that are a success */
+enum { /* structures.CALLS: what failed */
+    CALL_NONE,
+    CALL_SET,
+    CALL_SET_DERIVATIVES,
+    CALL_STEP,
+    CALL_GET,
+    CALL_GET_DERIVATIVES,
+    CALL_NOT_FINITE,
+    CALL_REFUSED,
+    CALL_MEMORY
+};
+/* Variables of one component and kind that are set or read in one call. */
+typedef struct {
+    integer kind, count;
+    const unsigned *references;
+    const integer *slots;
+    integer first; /* the first slot where they are consecutive, else -1 */
+    double *value; /* work */
+    int *number;   /* work */
+    const char **text; /* work */
+} Group;
+
+/* The values that an input can take. */
+typedef struct {
+    integer position, count;
+    const integer *values;
+} Allowed;
+
+typedef struct {
+    void *instance;
+    SetReal set_real;
+    GetReal get_real;
+    SetInteger set_integer;
+    GetInteger get_integer;
+    SetInteger set_boolean;
+    GetInteger get_boolean;
+    SetString set_string;
+    GetString get_string;
+    SetDerivatives set_derivatives;
+    GetDerivatives get_derivatives;
+    DoStep do_step;
+    integer period, at_end;
+    /* inputs: input = factor * value + addend, see layout.Inputs and turns.Turn */
+    integer inputs, input_groups;
+    const Group *input_group;
+    const integer *source, *timing, *ahead, *source_component;
+    const double *factor, *addend;
+    double *begun, *value; /* work: the sources' values at the start of the period; what is set */
+    integer restricted;
+    const Allowed *allowed;
+    /* centred inputs: set to b between the step and the reading of the outputs */
+    integer centred;
+    const unsigned *centred_references;
+    const integer *centred_position;
+    double *centred_value; /* work */
+    /* input derivatives, see turns.InputDerivatives */
+    integer input_derivatives;
+    const unsigned *derivative_references;
+    const int *derivative_orders;
+    const integer *position, *slot;
+    double *slope; /* work */
+    /* outputs: `outputs` slots from `offset` on, then `output_derivatives` slots */
+    integer outputs, offset, output_groups, output_derivatives;
+    const Group *output_group;
+    const unsigned *output_derivative_references;
+    const int *output_derivative_orders;
+} Component;
+
+typedef struct {
+    integer component, groups;
+    const Group *group;
+} Reading;
+
+/* The distinct texts of a run; a slot of a String holds the number of its text. */
+typedef struct {
+    char **text;
+    integer count, capacity;
+    integer *place, places; /* hash table of numbers, -1: free; `places` is a power of two */
+} Texts;
+
+typedef struct {
+    integer start, stop, step, denominator, every, steps; /* times in units of 1/denominator s */
+    integer components;
+    Component *component;
+    integer refreshes;
+    const Reading *refresh;
+    integer size;
+    double *point, *newest, *next; /* slots: as seen at the communication point; as read last; work */
+    integer all_step;              /* whether every component steps in every communication step */
+    /* the own slots of all connected inputs, see layout.Inputs */
+    integer inputs;
+    const integer *input_slot, *input_source;
+    const double *input_factor, *input_addend;
+    integer columns;
+    const integer *column_slot;
+    integer stop_slot; /* the flag that ends the run where it is above FLAG, -1: none */
+    const volatile int *stop_asked; /* not 0: return after the step that is running */
+    Texts *texts;
+    /* where the run stands */
+    integer done, last_row;
+    /* what ended it, if anything did */
+    integer failed_call, failed_component, failed_status, failed_slot, failed_kind; /* of a refused input: is it the end? */
+} Run;
+
+/* ---- what the caller compares with its own structures ------------------------------------------------------------ */
+
+#define F(structure, field) (integer) offsetof(structure, field)
+static const integer layout[] = {
+    (integer)sizeof(Group), F(Group, kind), F(Group, count), F(Group, references), F(Group, slots),
+    F(Group, first), F(Group, value), F(Group, number), F(Group, text),
+    (integer)sizeof(Allowed), F(Allowed, position), F(Allowed, count), F(Allowed, values),
+    (integer)sizeof(Component), F(Component, instance), F(Component, set_real), F(Component, get_real),
+    F(Component, set_integer), F(Component, get_integer), F(Component, set_boolean), F(Component, get_boolean),
+    F(Component, set_string), F(Component, get_string), F(Component, set_derivatives),
+    F(Component, get_derivatives), F(Component, do_step), F(Component, period), F(Component, at_end),
+    F(Component, inputs), F(Component, input_groups), F(Component, input_group), F(Component, source),
+    F(Component, timing), F(Component, ahead), F(Component, source_component), F(Component, factor),
+    F(Component, addend), F(Component, begun), F(Component, value), F(Component, restricted),
+    F(Component, allowed), F(Component, centred), F(Component, centred_references), F(Component, centred_position),
+    F(Component, centred_value), F(Component, input_derivatives), F(Component, derivative_references),
+    F(Component, derivative_orders), F(Component, position), F(Component, slot), F(Component, slope),
+    F(Component, outputs), F(Component, offset), F(Component, output_groups), F(Component, output_derivatives),
+    F(Component, output_group), F(Component, output_derivative_references), F(Component, output_derivative_orders),
+    (integer)sizeof(Reading), F(Reading, component), F(Reading, groups), F(Reading, group),
+    (integer)sizeof(Run), F(Run, start), F(Run, stop), F(Run, step), F(Run, denominator), F(Run, every),
+    F(Run, steps), F(Run, components), F(Run, component), F(Run, refreshes), F(Run, refresh), F(Run, size),
+    F(Run, point), F(Run, newest), F(Run, next), F(Run, all_step), F(Run, inputs), F(Run, input_slot),
+    F(Run, input_source), F(Run, input_factor), F(Run, input_addend), F(Run, columns), F(Run, column_slot),
+    F(Run, stop_slot), F(Run, stop_asked), F(Run, texts), F(Run, done), F(Run, last_row), F(Run, failed_call),
+    F(Run, failed_component), F(Run, failed_status), F(Run, failed_slot), F(Run, failed_kind),
+};
+
+EXPORT const integer *kernel_layout(integer *count)
+{
+    *count = (integer)(sizeof layout / sizeof layout[0]);
+    return layout;
+}

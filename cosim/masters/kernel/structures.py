@@ -1,0 +1,237 @@
+"""The structures of structures.h in ctypes, and the turns of a run put into them."""
+
+import ctypes
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from cosim.arrays import FloatArray
+from cosim.masters.layout import Group, Inputs
+from cosim.masters.turns import Turn, Turns
+from cosim.masters.types import Kind
+from cosim.slaves.slave import CInterface
+
+CALLS = {
+    1: "fmi2Set{kind}",
+    2: "fmi2SetRealInputDerivatives",
+    3: "fmi2DoStep",
+    4: "fmi2Get{kind}",
+    5: "fmi2GetRealOutputDerivatives",
+}
+"""What failed by its number in structures.h, where a call of the FMU did."""
+
+NOT_FINITE, REFUSED, MEMORY = 6, 7, 8
+
+FUNCTIONS = {
+    "set_real": "fmi2SetReal",
+    "get_real": "fmi2GetReal",
+    "set_integer": "fmi2SetInteger",
+    "get_integer": "fmi2GetInteger",
+    "set_boolean": "fmi2SetBoolean",
+    "get_boolean": "fmi2GetBoolean",
+    "set_string": "fmi2SetString",
+    "get_string": "fmi2GetString",
+    "set_derivatives": "fmi2SetRealInputDerivatives",
+    "get_derivatives": "fmi2GetRealOutputDerivatives",
+    "do_step": "fmi2DoStep",
+}
+
+_Fields = list[tuple[str, Any]]
+
+
+def _integers(*names: str) -> _Fields:
+    return [(name, ctypes.c_longlong) for name in names]
+
+
+def _pointers(*names: str) -> _Fields:
+    return [(name, ctypes.c_void_p) for name in names]
+
+
+class GroupStructure(ctypes.Structure):
+    """Variables of one component and kind that are set or read in one call."""
+
+    _fields_ = [*_integers("kind", "count"), *_pointers("references", "slots"), *_integers("first")]
+    _fields_ += _pointers("value", "number", "text")
+
+
+class AllowedStructure(ctypes.Structure):
+    """The values that an input can take."""
+
+    _fields_ = [*_integers("position", "count"), *_pointers("values")]
+
+
+class ComponentStructure(ctypes.Structure):
+    """A component in its turn."""
+
+    _fields_ = [
+        *_pointers("instance", *FUNCTIONS),
+        *_integers("period", "at_end", "inputs", "input_groups"),
+        *_pointers("input_group", "source", "timing", "ahead", "source_component", "factor", "addend"),
+        *_pointers("begun", "value"),
+        *_integers("restricted"),
+        *_pointers("allowed"),
+        *_integers("centred"),
+        *_pointers("centred_references", "centred_position", "centred_value"),
+        *_integers("input_derivatives"),
+        *_pointers("derivative_references", "derivative_orders", "position", "slot", "slope"),
+        *_integers("outputs", "offset", "output_groups", "output_derivatives"),
+        *_pointers("output_group", "output_derivative_references", "output_derivative_orders"),
+    ]
+
+
+class ReadingStructure(ctypes.Structure):
+    """Outputs that are read again at a communication point."""
+
+    _fields_ = [*_integers("component", "groups"), *_pointers("group")]
+
+
+class RunStructure(ctypes.Structure):
+    """The whole run, where it stands, what ended it."""
+
+    _fields_ = [
+        *_integers("start", "stop", "step", "denominator", "every", "steps", "components"),
+        *_pointers("component"),
+        *_integers("refreshes"),
+        *_pointers("refresh"),
+        *_integers("size"),
+        *_pointers("point", "newest", "next"),
+        *_integers("all_step", "inputs"),
+        *_pointers("input_slot", "input_source", "input_factor", "input_addend"),
+        *_integers("columns"),
+        *_pointers("column_slot"),
+        *_integers("stop_slot"),
+        *_pointers("stop_asked", "texts"),
+        *_integers("done", "last_row", "failed_call", "failed_component", "failed_status", "failed_slot"),
+        *_integers("failed_kind"),
+    ]
+
+
+STRUCTURES = (GroupStructure, AllowedStructure, ComponentStructure, ReadingStructure, RunStructure)
+
+
+def sizes_and_offsets() -> Iterator[int]:
+    """Yield the size of each structure and the offsets of its fields, as kernel_layout lists those of structures.h."""
+    for structure in STRUCTURES:
+        yield ctypes.sizeof(structure)
+        for name, *_ in structure._fields_:
+            yield getattr(structure, name).offset
+
+
+class Packed:
+    """Turns in C structures; keeps every array alive that they point to.
+
+    `point`, `newest`, `next` and `begun` are the arrays that the kernel works on.
+    """
+
+    def __init__(self, turns: Turns, instances: Sequence[CInterface]) -> None:
+        self._kept: list[Any] = []
+        self._given = [np.zeros(len(turn.component.inputs.links)) for turn in turns.all]
+        layout, schedule, columns = turns.layout, turns.schedule, turns.layout.columns
+        self.point, self.newest, self.next = (np.zeros(layout.size) for _ in range(3))
+        self.begun = np.zeros(len(layout.inputs.links))
+        parts = zip(turns.all, instances, self._given, strict=True)
+        components = self._list(ComponentStructure, [self._component(*part) for part in parts])
+        readings = [
+            ReadingStructure(component=r.turn, groups=len(r.groups), group=self._groups(r.groups))
+            for r in turns.refresh
+        ]
+        inputs = layout.inputs
+        self.run = RunStructure(
+            **{name: getattr(schedule, name) for name in ("start", "stop", "step", "denominator", "every", "steps")},
+            components=len(turns.all),
+            component=components,
+            refreshes=len(readings),
+            refresh=self._list(ReadingStructure, readings),
+            size=layout.size,
+            **{name: getattr(self, name).ctypes.data for name in ("point", "newest", "next")},
+            all_step=all(turn.period == 1 for turn in turns.all),
+            inputs=len(inputs.links),
+            input_slot=self._array(inputs.slots, np.int64),
+            input_source=self._array(inputs.source, np.int64),
+            input_factor=self._array(inputs.factor, np.float64),
+            input_addend=self._array(inputs.addend, np.float64),
+            columns=len(columns.names),
+            column_slot=self._array(columns.slots, np.int64),
+            stop_slot=layout.stop_slot,
+        )
+
+    def given(self, turn: int, place: int) -> float:
+        """Return what an input, by its place, was to be set to last."""
+        return float(self._given[turn][place])
+
+    def _array(self, values: Any, kind: Any) -> int:
+        """Return the address of a copy of some values."""
+        array = np.array(values, dtype=kind)
+        self._kept.append(array)
+        return array.ctypes.data
+
+    def _list(self, kind: type[ctypes.Structure], structures: Sequence[ctypes.Structure]) -> int:
+        """Return the address of structures side by side."""
+        array = (kind * max(1, len(structures)))(*structures)
+        self._kept.append(array)
+        return ctypes.addressof(array)
+
+    def _groups(self, groups: Sequence[Group]) -> int:
+        return self._list(GroupStructure, [self._group(group) for group in groups])
+
+    def _group(self, group: Group) -> GroupStructure:
+        n = len(group.references)
+        consecutive = bool((np.diff(group.slots) == 1).all())
+        return GroupStructure(
+            kind=group.kind,
+            count=n,
+            references=self._array(group.references, np.uint32),
+            slots=self._array(group.slots, np.int64),
+            first=int(group.slots[0]) if consecutive else -1,
+            value=self._array(np.zeros(n), np.float64),
+            number=self._array(np.zeros(n), np.int32) if group.kind in (Kind.INTEGER, Kind.BOOLEAN) else 0,
+            text=self._array(np.zeros(n), np.uintp) if group.kind == Kind.STRING else 0,
+        )
+
+    def _allowed(self, inputs: Inputs) -> int:
+        found = [
+            AllowedStructure(position=i, count=len(values), values=self._array(values, np.int64))
+            for i, values in inputs.allowed.items()
+        ]
+        return self._list(AllowedStructure, found)
+
+    def _component(self, turn: Turn, instance: CInterface, given: FloatArray) -> ComponentStructure:
+        inputs, outputs, derivatives = turn.component.inputs, turn.component.outputs, turn.derivatives
+        n = len(inputs.links)
+        return ComponentStructure(
+            instance=instance.component,
+            **{field: instance.functions.get(function, 0) for field, function in FUNCTIONS.items()},
+            period=turn.period,
+            at_end=turn.at_end,
+            inputs=n,
+            input_groups=len(inputs.groups),
+            input_group=self._groups(inputs.groups),
+            source=self._array(inputs.source, np.int64),
+            timing=self._array(turn.timing, np.int64),
+            ahead=self._array(turn.ahead, np.int64),
+            source_component=self._array(turn.source_turn, np.int64),
+            factor=self._array(inputs.factor, np.float64),
+            addend=self._array(inputs.addend, np.float64),
+            begun=self.begun.ctypes.data + self.begun.itemsize * turn.begun.start,
+            value=given.ctypes.data,
+            restricted=len(inputs.allowed),
+            allowed=self._allowed(inputs),
+            centred=len(turn.centred),
+            centred_references=self._array(turn.centred_references, np.uint32),
+            centred_position=self._array(turn.centred, np.int64),
+            centred_value=self._array(np.zeros(len(turn.centred)), np.float64),
+            input_derivatives=len(derivatives.references),
+            derivative_references=self._array(derivatives.references, np.uint32),
+            derivative_orders=self._array(derivatives.orders, np.int32),
+            position=self._array(derivatives.position, np.int64),
+            slot=self._array(derivatives.slot, np.int64),
+            slope=self._array(np.zeros(len(derivatives.references)), np.float64),
+            outputs=len(outputs.names),
+            offset=outputs.offset,
+            output_groups=len(outputs.groups),
+            output_derivatives=len(outputs.derivative_references),
+            output_group=self._groups(outputs.groups),
+            output_derivative_references=self._array(outputs.derivative_references, np.uint32),
+            output_derivative_orders=self._array(outputs.derivative_orders, np.int32),
+        )

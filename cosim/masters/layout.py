@@ -1,0 +1,215 @@
+"""Where every value of a run has its place: one vector of doubles with a slot for each. The same for every master.
+
+A component owns the slots from the `offset` of its outputs on: what is read from it, type by type, then its output
+derivatives. Held inputs have slots, and every connected input has one of its own, which shows at a communication point
+what the input is given: input = factor * source + addend. There is no order in it: who steps when is an algorithm's
+business.
+
+Real, Integer, Boolean and Enumeration values are doubles in it, exactly. Of a String the slot holds the number of its
+text in the run's `Texts`.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cosim.arrays import FloatArray, IntArray
+from cosim.masters.columns import Columns, flag, recorded
+from cosim.masters.types import Kind, kind_of
+from cosim.system.wiring import Link, Port, Wiring
+
+
+@dataclass(frozen=True)
+class Group:
+    """Variables of one component and one kind that are set or read in one call; slots have shape (n,)."""
+
+    kind: Kind
+    references: tuple[int, ...]
+    slots: IntArray
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """What is read from a component: `groups` fill consecutive slots from `offset` on, output derivatives follow.
+
+    `names` are those of the values, in the order of their slots.
+    """
+
+    offset: int
+    groups: tuple[Group, ...]
+    names: tuple[str, ...]
+    derivative_references: tuple[int, ...]
+    derivative_orders: tuple[int, ...]
+
+    @property
+    def values(self) -> slice:
+        """Slots of the values."""
+        return slice(self.offset, self.offset + len(self.names))
+
+    @property
+    def derivatives(self) -> slice:
+        """Slots of the output derivatives."""
+        return slice(self.values.stop, self.values.stop + len(self.derivative_references))
+
+    @property
+    def slots(self) -> slice:
+        """Slots of both."""
+        return slice(self.offset, self.derivatives.stop)
+
+    @property
+    def reals(self) -> slice:
+        """Slots of the Real values, which come first."""
+        first = self.groups[0] if self.groups else None
+        count = len(first.references) if first is not None and first.kind == Kind.REAL else 0
+        return slice(self.offset, self.offset + count)
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """The connected inputs of a component, all arrays of length n: input = factor * values[source] + addend.
+
+    `groups` are the own slots of all inputs, in the order of `links`. `allowed`: place of an input -> the values that
+    it can take, where its source may have others.
+    """
+
+    links: tuple[Link, ...]
+    groups: tuple[Group, ...]
+    slots: IntArray
+    source: IntArray
+    factor: FloatArray
+    addend: FloatArray
+    allowed: Mapping[int, tuple[int, ...]]
+
+    @property
+    def references(self) -> tuple[int, ...]:
+        """Value references of the inputs."""
+        return tuple(r for group in self.groups for r in group.references)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the inputs."""
+        return tuple(link.target.variable for link in self.links)
+
+
+@dataclass(frozen=True)
+class ComponentLayout:
+    """The slots of one component."""
+
+    name: str
+    inputs: Inputs
+    outputs: Outputs
+
+
+@dataclass(frozen=True)
+class Layout:
+    """All slots: of `components` in the order of declaration, then held inputs, then connected inputs, `size` in all.
+
+    `constants`: the values of held inputs, in the slots from `held` on; of Strings their texts. `stop_slot`: the slot
+    of the flag that ends a run; -1: none.
+    """
+
+    components: tuple[ComponentLayout, ...]
+    size: int
+    held: int
+    constants: tuple[float | bytes, ...]
+    slots: Mapping[Port, int]
+    derivative_slots: Mapping[tuple[Port, int], int]
+    inputs: Inputs
+    columns: Columns
+    stop_slot: int = -1
+
+    @classmethod
+    def of(
+        cls,
+        wiring: Wiring,
+        record: Sequence[str] = ("*",),
+        stop_when: str = "",
+        derivatives: Callable[[Link], int] = lambda _link: 0,
+    ) -> "Layout":
+        """Lay out a wiring.
+
+        `record`, `stop_when`: as in `Experiment`. `derivatives`: up to which order the output derivatives of a link's
+        source are read. Raises `UnknownName` for a pattern that matches nothing, or a flag that there is not.
+        """
+        ports = recorded(wiring, record)
+        slots: dict[Port, int] = {}
+        derivative_slots: dict[tuple[Port, int], int] = {}
+        highest: dict[Port, int] = {}
+        for link in wiring.links:
+            highest[link.source] = max(derivatives(link), highest.get(link.source, 0))
+        outputs: dict[str, Outputs] = {}
+        for name in wiring.components:
+            offset = len(slots) + len(derivative_slots)
+            mine = _outputs(wiring, name, ports)
+            slots |= {port: offset + i for i, port in enumerate(mine)}
+            orders = [(port, n) for port in mine for n in range(1, highest.get(port, 0) + 1)]
+            first = offset + len(mine)
+            derivative_slots |= {key: first + i for i, key in enumerate(orders)}
+            outputs[name] = Outputs(
+                offset,
+                groups_of(wiring, mine, [slots[p] for p in mine]),
+                tuple(p.variable for p in mine),
+                tuple(wiring.variable(p).value_reference for p, _ in orders),
+                tuple(n for _, n in orders),
+            )
+        held = len(slots) + len(derivative_slots)
+        slots |= {port: held + i for i, port in enumerate(wiring.held)}
+        first = held + len(wiring.held)
+        slots |= {link.target: first + i for i, link in enumerate(wiring.links)}
+        inputs = {name: _inputs(wiring, wiring.into(name), slots) for name in wiring.components}
+        return cls(
+            components=tuple(ComponentLayout(n, inputs[n], outputs[n]) for n in wiring.components),
+            size=first + len(wiring.links),
+            held=held,
+            constants=tuple(v.encode() if isinstance(v, str) else float(v) for v in wiring.held.values()),
+            slots=slots,
+            derivative_slots=derivative_slots,
+            inputs=_inputs(wiring, wiring.links, slots),
+            columns=Columns.of(wiring, ports, slots),
+            stop_slot=slots[flag(wiring, stop_when)] if stop_when else -1,
+        )
+
+    def show_inputs(self, values: FloatArray) -> None:
+        """Put into the own slot of every connected input what its source gives it, in a vector of slots."""
+        inputs = self.inputs
+        values[inputs.slots] = inputs.factor * values[inputs.source] + inputs.addend
+
+
+def _outputs(wiring: Wiring, component: str, recorded: Sequence[Port]) -> list[Port]:
+    """Return what is read from a component, type by type: its outputs, and others that are recorded."""
+    extra = set(recorded)
+    ports = [
+        port
+        for v in wiring.descriptions[component].variables.values()
+        if v.causality == "output" or (v.causality != "input" and Port(component, v.name) in extra)
+        for port in (Port(component, v.name),)
+    ]
+    return sorted(ports, key=lambda port: kind_of(wiring.variable(port)))
+
+
+def _inputs(wiring: Wiring, links: Sequence[Link], slots: Mapping[Port, int]) -> Inputs:
+    ordered = tuple(sorted(links, key=lambda link: kind_of(wiring.variable(link.target))))
+    own = [slots[link.target] for link in ordered]
+    return Inputs(
+        links=ordered,
+        groups=groups_of(wiring, [link.target for link in ordered], own),
+        slots=np.array(own, dtype=np.int64),
+        source=np.array([slots[link.source] for link in ordered], dtype=np.int64),
+        factor=np.array([link.conversion.factor for link in ordered], dtype=np.float64),
+        addend=np.array([link.conversion.offset for link in ordered], dtype=np.float64),
+        allowed={i: link.allowed for i, link in enumerate(ordered) if link.allowed is not None},
+    )
+
+
+def groups_of(wiring: Wiring, ports: Sequence[Port], slots: Sequence[int]) -> tuple[Group, ...]:
+    """Return some variables of one component in groups of a kind, those of a kind in their order."""
+    kinds = [kind_of(wiring.variable(port)) for port in ports]
+    return tuple(
+        Group(
+            kind,
+            tuple(wiring.variable(p).value_reference for p, k in zip(ports, kinds, strict=True) if k == kind),
+            np.array([s for s, k in zip(slots, kinds, strict=True) if k == kind], dtype=np.int64),
+        )
+        for kind in sorted(set(kinds))
+    )

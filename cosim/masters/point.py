@@ -1,0 +1,114 @@
+"""The run at a communication point: explicit, copyable, saved and restored. A checkpoint is a saved point."""
+
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from cosim.arrays import ByteArray, FloatArray, IntArray
+from cosim.errors import NotSupported
+from cosim.masters.layout import Layout
+from cosim.masters.types import Texts
+from cosim.slaves.slave import Slave
+
+
+@dataclass(frozen=True)
+class Point:
+    """Communication point `index` of a run.
+
+    `values` has every slot of the layout as it is seen at that point, shape (size,); `newest` what the components
+    returned last, ahead of it where a slow component has stepped already; `begun` the sources' values at the start of
+    the period of every input, in the order of the layout's components, for components that step at its end. `texts`
+    are the texts that the slots of Strings number. `states`: the serialized FMU states by instance, where they were
+    asked for.
+    """
+
+    index: int
+    values: FloatArray
+    newest: FloatArray
+    begun: FloatArray
+    texts: Texts
+    states: Mapping[str, bytes] = field(default_factory=dict[str, bytes])
+
+    @classmethod
+    def start(cls, layout: Layout) -> "Point":
+        """Return the point before initialization: held inputs have their values, everything else is zero."""
+        values, texts = np.zeros(layout.size), Texts()
+        for i, constant in enumerate(layout.constants):
+            values[layout.held + i] = texts.number(constant) if isinstance(constant, bytes) else constant
+        return cls(0, values, values.copy(), np.zeros(len(layout.inputs.links)), texts)
+
+    def copy(self) -> "Point":
+        """Return a point that shares nothing with this one."""
+        texts = Texts(self.texts.all()[1:])
+        return Point(self.index, self.values.copy(), self.newest.copy(), self.begun.copy(), texts, dict(self.states))
+
+    def with_states(self, slaves: Mapping[str, Slave]) -> "Point":
+        """Return the point with the states of the FMUs, which stand at it.
+
+        Raises `NotSupported` naming an FMU that cannot serialize its state.
+        """
+        states: dict[str, bytes] = {}
+        for name, slave in slaves.items():
+            if not (slave.description.can_get_and_set_state and slave.description.can_serialize_state):
+                advice = "Its modelDescription.xml says canSerializeFMUstate=false: this system cannot be saved."
+                raise NotSupported(f"{name} cannot serialize its FMU state", advice)
+            state = slave.get_state()
+            try:
+                states[name] = slave.serialize_state(state)
+            finally:
+                slave.free_state(state)
+        return replace(self, states=states)
+
+    def restore(self, slaves: Mapping[str, Slave]) -> None:
+        """Put instances of the same FMUs into the states that the point has; raises `CallFailed`."""
+        for name, data in self.states.items():
+            state = slaves[name].deserialize_state(data)
+            try:
+                slaves[name].set_state(state)
+            finally:
+                slaves[name].free_state(state)
+
+    def to_bytes(self) -> bytes:
+        """Return the point as bytes that `from_bytes` reads, an archive of NumPy arrays."""
+        file = io.BytesIO()
+        texts, states = self.texts.all(), self.states
+        np.savez(
+            file,
+            allow_pickle=False,
+            index=np.array(self.index),
+            values=self.values,
+            newest=self.newest,
+            begun=self.begun,
+            texts=_joined(texts),
+            text_lengths=np.array([len(t) for t in texts], dtype=np.int64),
+            instances=np.array(list(states), dtype=np.str_),
+            states=_joined(tuple(states.values())),
+            state_lengths=np.array([len(s) for s in states.values()], dtype=np.int64),
+        )
+        return file.getvalue()
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> "Point":
+        """Return the point that `to_bytes` wrote."""
+        with np.load(io.BytesIO(data), allow_pickle=False) as file:
+            texts = _split(file["texts"], file["text_lengths"])
+            states = _split(file["states"], file["state_lengths"])
+            return cls(
+                int(file["index"]),
+                file["values"],
+                file["newest"],
+                file["begun"],
+                Texts(texts[1:]),
+                dict(zip(map(str, file["instances"]), states, strict=True)),
+            )
+
+
+def _joined(parts: tuple[bytes, ...]) -> ByteArray:
+    return np.frombuffer(b"".join(parts), dtype=np.uint8)
+
+
+def _split(joined: ByteArray, lengths: IntArray) -> list[bytes]:
+    ends = np.cumsum(lengths)
+    return [joined[end - n : end].tobytes() for n, end in zip(lengths, ends, strict=True)]

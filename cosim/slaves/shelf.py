@@ -1,0 +1,112 @@
+"""What the FMUs of this process share: extracted files, loaded libraries, and whose log messages are whose.
+
+One object holds it, so that flights in threads do not meet: a lock for what is made once, and nothing that changes the
+process's working folder.
+"""
+
+import ctypes
+import itertools
+import threading
+import weakref
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Any
+
+import fmpy
+from fmpy import fmi2
+
+from fmus import places
+from fmus.description.description import ModelDescription
+from fmus.description.errors import FmuError
+from fmus.description.read import read_description
+
+Stamp = tuple[Path, int, int, int]
+"""What tells one version of a file from another: path, inode, time of the last change (ns), size."""
+
+_NOTHING = ("Fatal py exception encountered", "unknown error")
+"""Begin and end of what pythonfmu says of an exception that the slave has told itself."""
+
+
+def stamp_of(path: Path) -> Stamp:
+    """Return the identity of a file; raises `FmuError`."""
+    try:
+        stat = path.stat()
+    except OSError as error:
+        raise FmuError(path, "there is no such file") from error
+    return path.resolve(), stat.st_ino, stat.st_mtime_ns, stat.st_size
+
+
+class Shelf:
+    """Descriptions and extracted folders by file identity, and the slaves that wait for log messages."""
+
+    def __init__(self) -> None:
+        self._lock = threading.RLock()
+        self._descriptions: dict[Stamp, ModelDescription] = {}
+        self._folders: dict[tuple[Stamp, int], Path] = {}
+        self._copies = itertools.count(1)
+        self._keys = itertools.count(1)
+        self._listeners: weakref.WeakValueDictionary[int, Any] = weakref.WeakValueDictionary()
+        self._logger = fmi2.fmi2CallbackLoggerTYPE(self._log)
+
+    def description(self, path: Path) -> ModelDescription:
+        """Return what the modelDescription.xml of a file says, read once per version of the file; raises `FmuError`."""
+        stamp = stamp_of(path)
+        with self._lock:
+            if stamp not in self._descriptions:
+                self._descriptions[stamp] = read_description(path)
+            return self._descriptions[stamp]
+
+    def extracted(self, path: Path, *, own_copy: bool) -> Path:
+        """Return the folder of an extracted FMU: one for all of its instances, or `own_copy` one more.
+
+        Raises `FmuError` for a file that has no binary for this platform, or cannot be extracted.
+        """
+        stamp = stamp_of(path)
+        with self._lock:
+            key = stamp, next(self._copies) if own_copy else 0
+            if key not in self._folders:
+                _refuse_foreign(path)
+                try:
+                    self._folders[key] = Path(fmpy.extract(path, mkdtemp(dir=places.extracted())))
+                except (OSError, zipfile.BadZipFile) as error:
+                    raise FmuError(path, f"it cannot be extracted: {error}") from error
+            return self._folders[key]
+
+    def listen(self, listener: Any) -> int:
+        """Return the key under which an instance's log messages come to `listener.messages`."""
+        with self._lock:
+            key = next(self._keys)
+            self._listeners[key] = listener
+            return key
+
+    def callbacks(self, key: int) -> Any:
+        """Return the callback functions of one instance; fmpy's proxy formats the message with its arguments."""
+        callbacks = fmi2.fmi2CallbackFunctions()
+        callbacks.logger = self._logger
+        callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+        callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
+        callbacks.componentEnvironment = key
+        proxy: Callable[[Any], None] | None = getattr(fmi2, "addLoggerProxy", None)
+        if proxy is not None:
+            proxy(ctypes.byref(callbacks))
+        return callbacks
+
+    def _log(self, environment: int | None, instance: bytes, status: int, category: bytes, message: bytes) -> None:
+        listener = self._listeners.get(environment or 0)
+        text = (message or b"").decode("utf-8", "replace").rstrip()
+        if listener is not None and not (text.startswith(_NOTHING[0]) and text.endswith(_NOTHING[1])):
+            listener.messages.append(text)
+
+
+def _refuse_foreign(path: Path) -> None:
+    offered = fmpy.supported_platforms(str(path))
+    if fmpy.platform not in offered:
+        there = ", ".join(p for p in offered if p != "c-code") or "none"
+        advice = " It has C sources: fmpy compile builds them." if "c-code" in offered else ""
+        raise FmuError(path, f"it has no binary for this platform: needed {fmpy.platform}, there: {there}.{advice}")
+
+
+SHELF = Shelf()
+"""The one of this process."""
