@@ -17,7 +17,7 @@ PID_GAINS = [2500.0, 50.0, 4000.0]  # of the angle, its integral, its rate
 
 # Chosen
 INERTIA = [1200.0, 1000.0, 1500.0]  # kg m^2
-SMALL, LARGE = 4.4, 22.0  # J_i |theta_i(0)|, kg m^2 (rad): cases S and L
+SMALL, LARGE = 4.4, 22.0  # kg m^2 (rad), J_i |theta_i| at the start: cases S and L
 G_MIN = U_MAX / 1500.0  # 1/(kg m^2)
 
 

@@ -12,7 +12,7 @@ is left out. Keys carry their unit.
 
 from cosim.studies.metrics.attitude import measure, units
 from cosim.studies.metrics.domain import out_of_domain
-from cosim.studies.metrics.pointing import THRESHOLD, attitude_error, settling_time
+from cosim.studies.metrics.pointing import THRESHOLD, attitude_error, reference_rate, settling_time
 from cosim.studies.metrics.rows import first, rotations, series
 
 __all__ = [
@@ -21,6 +21,7 @@ __all__ = [
     "first",
     "measure",
     "out_of_domain",
+    "reference_rate",
     "rotations",
     "series",
     "settling_time",

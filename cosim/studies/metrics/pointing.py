@@ -31,6 +31,15 @@ def attitude_error(run: Result) -> FloatArray | None:
     return np.degrees((rotations(reference).inv() * rotations(body)).as_rotvec())
 
 
+def reference_rate(run: Result) -> FloatArray | None:
+    """Return the rate of the reference in body axes, rad/s."""
+    needed = [series(run, name) for name in ("plant.q_BN", "guidance.q_RN", "guidance.omega_RN_R")]
+    body, reference, rate = needed
+    if body is None or reference is None or rate is None or not len(body):
+        return None
+    return (rotations(body).inv() * rotations(reference)).apply(rate)
+
+
 def settling_time(time: FloatArray, error: FloatArray, threshold: float) -> float | None:
     """Return the last time at which any column exceeds the threshold: None if at the end, the first time if never.
 

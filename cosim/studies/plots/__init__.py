@@ -1,6 +1,6 @@
 """Figures: how they look (style.py), and those that any attitude run has (standard.py)."""
 
-from cosim.studies.plots.standard import draw, limits, reference_rate
+from cosim.studies.plots.standard import draw, limits
 from cosim.studies.plots.style import (
     COLOURS,
     DPI,
@@ -36,7 +36,6 @@ __all__ = [
     "limits",
     "look",
     "panels",
-    "reference_rate",
     "save",
     "scale",
     "stack",

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from cosim.arrays import FloatArray
 from cosim.results.result import Result
-from cosim.studies.metrics import attitude_error, first, rotations, series
+from cosim.studies.metrics import attitude_error, first, reference_rate, series
 from cosim.studies.plots.style import (
     COLOURS,
     GREY,
@@ -79,15 +79,6 @@ def _attitude(results: Mapping[str, Result]) -> Figure | None:
     figure, _ = stack(traces, names, "1", "Attitude quaternion of the body, scalar first, from inertial axes")
     legend(figure)
     return figure
-
-
-def reference_rate(result: Result) -> FloatArray | None:
-    """Return the rate of the reference in body axes, rad/s."""
-    needed = [series(result, name) for name in ("plant.q_BN", "guidance.q_RN", "guidance.omega_RN_R")]
-    body, reference, rate = needed
-    if body is None or reference is None or rate is None or not len(body):
-        return None
-    return (rotations(body).inv() * rotations(reference)).apply(rate)
 
 
 def _rates(results: Mapping[str, Result]) -> Figure | None:

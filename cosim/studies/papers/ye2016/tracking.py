@@ -5,8 +5,7 @@ import numpy as np
 from cosim.arrays import FloatArray
 from cosim.errors import UnknownName
 from cosim.results.result import Result
-from cosim.studies.metrics import rotations
-from cosim.studies.plots import reference_rate
+from cosim.studies.metrics import reference_rate, rotations
 
 LATE = 400.0  # s, from here on an error is the steady one
 

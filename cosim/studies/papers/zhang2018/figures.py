@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from cosim.results.result import Result
 from cosim.studies import plots
-from cosim.studies.metrics import series
+from cosim.studies.metrics import reference_rate, series
 from cosim.studies.papers.claims import AXES
 from cosim.studies.papers.zhang2018.system import ATC, ATC_HALF, OVERSHOOT, PPATC, PPATC_HALF, RHO_INF, THETA_0
 from cosim.studies.papers.zhang2018.tracking import STEADY, angles, bound, tracking_error
@@ -86,7 +86,7 @@ def _attitude(run: Result) -> Figure:
 
 def _rates(run: Result) -> Figure:
     traces = {"body": (run.time, np.degrees(run["plant.omega_BN_B"]))}
-    wanted = plots.reference_rate(run)
+    wanted = reference_rate(run)
     if wanted is not None:
         traces["reference"] = (run.time, np.degrees(wanted))
     figure, _ = plots.stack(traces, [rf"$\omega_{axis}$" for axis in "xyz"], "deg/s", "Body rate, PPATC (figure 6)")
