@@ -1,0 +1,53 @@
+"""The folder of a result: what may be in it, and how it is made, emptied and told."""
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from cosim.errors import ResultExists, ResultUnwritable
+from cosim.results.names import FILES, INFO
+
+
+def refuse_existing(folder: Path) -> None:
+    """Raise `ResultExists` if a folder holds a result."""
+    if any((folder / name).exists() for name in FILES):
+        raise ResultExists(folder)
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder for results; raises `ResultUnwritable`."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        problem = "it is a file" if folder.is_file() else error.strerror or str(error)
+        raise ResultUnwritable(folder, problem) from error
+
+
+def clear(folder: Path) -> None:
+    """Make the folder; remove an older result in it, and nothing else. Raises `ResultUnwritable`."""
+    make_folder(folder)
+    try:
+        for name in FILES:
+            (folder / name).unlink(missing_ok=True)
+    except OSError as error:
+        raise ResultUnwritable(folder, error.strerror or str(error)) from error
+
+
+def write_info(folder: Path, info: Mapping[str, Any]) -> None:
+    """Write run.json whole or not at all. Raises `ResultUnwritable`."""
+    part = folder / f".{INFO}"
+    text = json.dumps(info, indent=2, allow_nan=False, default=str) + "\n"
+    try:
+        part.write_text(text, encoding="utf-8")
+        part.replace(folder / INFO)
+    except OSError as error:
+        raise ResultUnwritable(folder / INFO, error.strerror or str(error)) from error
+
+
+def finite(value: Any) -> Any:
+    """Return a metric with None for what is not finite, which JSON has no word for: a run may end far out."""
+    if isinstance(value, list):
+        return [finite(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
