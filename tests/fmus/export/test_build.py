@@ -39,7 +39,7 @@ EDIT_WHILE_RUNNING = """
     import components
     from fmus.export.build import build_reference
     file = Path(components.__file__).parent / "environment" / "harmonic_torque.py"
-    file.write_text(file.read_text().replace("start=0.0011", "start=0.0022"))
+    file.write_text(file.read_text().replace("start=zhang2018.ORBIT_RATE", "start=0.0022"))
     print(build_reference("HarmonicTorque"))
 """
 FREQUENCY_OF_THE_NEXT_PROCESS = """

@@ -9,7 +9,7 @@ from fmpy.fmi1 import FMICallException
 
 from components.catalog import CATALOG
 from cosim.errors import CallFailed
-from cosim.masters.calls import write_variables
+from cosim.masters.calls import assign, assignments
 from cosim.slaves.fmi2 import FmuSlave
 from fmus.errors import UnknownComponent
 from fmus.export.python.python_fmu import build_python
@@ -74,7 +74,7 @@ def start(path: Path, **inputs: float) -> FmuSlave:
     slave = FmuSlave("unit", path)
     slave.instantiate()
     for name, value in inputs.items():
-        write_variables(slave, [(slave.description.variables[name], value)])
+        assign(slave, assignments([(slave.description.variables[name], value)]))
     slave.setup_experiment(0.0)
     slave.enter_initialization_mode()
     slave.exit_initialization_mode()
