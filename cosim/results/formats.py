@@ -158,15 +158,15 @@ def _read_mat(path: Path, _types: Types) -> pa.Table:
         field(name, kinds[kind], unit or None, json.loads(literals))
         for name, unit, kind, literals in zip(names, units, types, items, strict=True)
     ]
-    arrays = [pa.array([_scalar(cell) for cell in columns[f.name]], f.type) for f in fields]
+    arrays = [pa.array(_cells(columns[f.name], f.type), f.type) for f in fields]
     return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
 
 
-def _scalar(cell: Any) -> Any:
-    """Return a cell of a MATLAB array as Python has it: a text is an array of texts there, the empty one of none."""
-    if isinstance(cell, np.ndarray):
-        return str(cell[0]) if cell.size else ""
-    return cell.item()
+def _cells(column: Any, kind: pa.DataType) -> list[Any]:
+    """Return a MATLAB array as Python has it: a text is an array of texts there, the empty one of none."""
+    if kind == pa.string():
+        return [str(cell[0]) if cell.size else "" for cell in column]
+    return (column != 0 if kind == pa.bool_() else column).tolist()
 
 
 def _read_csv(path: Path, types: Types) -> pa.Table:
@@ -176,8 +176,9 @@ def _read_csv(path: Path, types: Types) -> pa.Table:
         names = next(csv.reader(file))
     known = {name: types.get(name, pa.float64()) for name in names}
     options = pa_csv.ConvertOptions(column_types=known, strings_can_be_null=False)
-    table = pa_csv.read_csv(path, convert_options=options)
-    return table.cast(pa.schema([pa.field(n, known[n]) for n in names]))
+    parsing = pa_csv.ParseOptions(newlines_in_values=pa.string() in known.values())
+    table = pa_csv.read_csv(path, parse_options=parsing, convert_options=options)
+    return table.cast(pa.schema([pa.field(n, known[n], nullable=False) for n in names]))
 
 
 def _read_parquet(path: Path, _types: Types) -> pa.Table:

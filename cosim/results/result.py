@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from cosim.results import formats
 from cosim.results.folder import finite
 from cosim.results.names import INFO
-from cosim.results.schema import TYPES, items_of
+from cosim.results.schema import TYPES, items_of, unit_of
 from cosim.errors import ResultUnreadable, UnknownName
 from fmus.description.names import Group, canonical, group
 
@@ -58,9 +58,8 @@ class Result:
                 raise ResultUnreadable(folder / INFO, f"it is no JSON: {error}") from error
         types = {name: TYPES[kind] for name, kind in info.get("types", {}).items()}
         table = formats.read(folder, types)
-        recorded = {"time": "s"} | info.get("units", {})
-        known = formats.units(table)
-        fields = [f.with_metadata(_metadata(f, known[f.name] or recorded.get(f.name))) for f in table.schema]
+        units, items = {"time": "s"} | info.get("units", {}), info.get("items", {})
+        fields = [f.with_metadata(_metadata(f, units.get(f.name), items.get(f.name))) for f in table.schema]
         return cls(table.cast(pa.schema(fields)), info, folder)
 
     def __len__(self) -> int:
@@ -115,6 +114,7 @@ class Result:
         return self.table.to_pandas()
 
 
-def _metadata(column: pa.Field, unit: str | None) -> dict[str, str]:
-    items = items_of(column)
+def _metadata(column: pa.Field, unit: str | None, items: Mapping[str, int] | None) -> dict[str, str]:
+    """Return the metadata of a column: its own, and where its file has none that of run.json."""
+    unit, items = unit_of(column) or unit, items_of(column) or items
     return ({} if unit is None else {"unit": unit}) | ({} if items is None else {"items": json.dumps(items)})

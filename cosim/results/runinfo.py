@@ -55,6 +55,7 @@ def setup(
         "swaps": [dataclasses.asdict(report) for report in swaps],
         "units": dict(zip(columns.names, columns.units, strict=True)),
         "types": {n: kind for n, kind in zip(columns.names, columns.types, strict=True) if kind != "Real"},
+        "items": {n: dict(items) for n, items in zip(columns.names, columns.items, strict=True) if items is not None},
     }
 
 
