@@ -12,10 +12,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from cosim.errors import ResultUnreadable, ResultUnwritable, UnknownName
-from fmus.description.names import group
 from cosim.results.names import FORMATS, STREAM
 from cosim.results.schema import TYPES as ARROW
 from cosim.results.schema import field, items_of, unit_of
+from fmus.description.names import group
 
 ROW_GROUP = 65536
 Types = Mapping[str, pa.DataType]

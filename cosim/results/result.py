@@ -10,11 +10,11 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from cosim.errors import ResultUnreadable, UnknownName
 from cosim.results import formats
 from cosim.results.folder import finite
 from cosim.results.names import INFO
 from cosim.results.schema import TYPES, items_of, unit_of
-from cosim.errors import ResultUnreadable, UnknownName
 from fmus.description.names import Group, canonical, group
 
 if TYPE_CHECKING:

@@ -9,13 +9,13 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from fmus.description.description import ModelDescription, Scalar
-from cosim.system.wiring import Port, Wiring
 from cosim.masters.master import Course
-from fmus.description.names import split_element, split_port
-from cosim.system.swap import SwapReport
 from cosim.system import Experiment, System
+from cosim.system.swap import SwapReport
+from cosim.system.wiring import Port, Wiring
 from cosim.time import Schedule
+from fmus.description.description import ModelDescription, Scalar
+from fmus.description.names import split_element, split_port
 
 PACKAGES = ("adcs-cosim", "fmpy", "pythonfmu", "casadi", "numpy", "scipy", "pyarrow")
 

@@ -15,6 +15,7 @@ import pytest
 from numpy.testing import assert_array_equal
 from scipy.io import loadmat
 
+from cosim import simulate
 from cosim.errors import (
     FmuError,
     ResultExists,
@@ -25,9 +26,8 @@ from cosim.errors import (
     WiringErrors,
 )
 from cosim.results.result import Result
-from cosim import simulate
-from cosim.system.swap import SwapReport
 from cosim.system import Connection, Experiment, System, Value
+from cosim.system.swap import SwapReport
 
 from ..fakes import Clock, Failing, Fake, Gain, Integrator, describe
 

@@ -47,7 +47,7 @@ def straight(system):
 
 def test_lines_within_texts_of_a_long_csv(system, tmp_path):
     """The file is read in several blocks, which must not begin within a text."""
-    setup = both.experiment(stop=1.0, step=1 / 16000, record=("a.s_in", "a.memory"))
+    setup = both.experiment(stop=1.0, step=1 / 20000, record=("a.s_in", "a.memory"))
     flights.simulate(system, setup, out=tmp_path / "out", format="csv")
     assert (tmp_path / "out" / "result.csv").stat().st_size > 1_100_000
     assert set(Result.read(tmp_path / "out")["a.s_in"]) == {WORD}
