@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 
 from components.framework import Component
 from components.framework.component import start_vector
-from components.framework.functions import unflatten
 from components.framework.units import UNITS
+from components.framework.vectors import unflatten
 
 
 def split(group, vector) -> dict[str, np.ndarray]:

@@ -22,7 +22,7 @@ from fmus.errors import BuildError
 from fmus.export import references
 from fmus.export.keys import key_of
 from fmus.export.references import Reference
-from fmus.export.sources import content, sources_of
+from fmus.export.sources import content, file_of
 
 if TYPE_CHECKING:
     from components.framework import Component
@@ -186,8 +186,7 @@ def component_docs() -> dict[str, str]:
     """Return catalog name -> first line of what the component's class, or else its module, says about it."""
     docs: dict[str, str] = {}
     for name, module in MODULES.items():
-        sources = sources_of(module)
-        tree = ast.parse(content(sources.files[f"{module.replace('.', '/')}.py"]))
+        tree = ast.parse(content(file_of(module)))
         classes = [node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == name]
         text = next((doc for node in (*classes, tree) if (doc := ast.get_docstring(node))), "")
         docs[name] = text.partition("\n")[0]

@@ -44,8 +44,25 @@ def own_files(package: str) -> list[Path]:
     return sorted(file for file in _READ if file.is_relative_to(OURS[package]))
 
 
+def file_of(module: str) -> Path:
+    """Return the file of one of our modules."""
+    located = _locate(module, None)
+    if located is None:
+        raise LookupError(f"there is no module {module}")
+    return located[1]
+
+
 def sources_of(module: str, folder: Path | None = None) -> Sources:
     """Return the closure of a module's imports; folder: where a user's module and its neighbours lie."""
+    return _closure(module, folder) if folder is not None else _own_closure(module)
+
+
+@cache
+def _own_closure(module: str) -> Sources:
+    return _closure(module, None)
+
+
+def _closure(module: str, folder: Path | None) -> Sources:
     found: dict[str, Path] = {}
     todo, seen = [module], set[str]()
     while todo:

@@ -21,8 +21,8 @@ from components.framework import (
     State,
 )
 from components.framework.component import start_vector
-from components.framework.functions import Values, flatten, unflatten
 from components.framework.units import UNITS, rate_unit
+from components.framework.vectors import Values, flatten, unflatten
 
 
 class Lag(Component):

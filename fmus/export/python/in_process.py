@@ -12,7 +12,8 @@ import numpy as np
 from components.framework import Component
 from fmus.description.description import ModelDescription
 from fmus.export.describe import describe
-from fmus.export.python.runtime import Runtime, RuntimeFailure
+from fmus.export.python.runtime import Runtime
+from fmus.export.python.vector import RuntimeFailure
 
 
 def describe_in_process(component: Component) -> ModelDescription:
@@ -43,10 +44,6 @@ class InProcessSlave:
         """Start afresh."""
         self._runtime = Runtime(self._component)
 
-    def set(self, variable: Any, value: float) -> None:
-        """Set one variable."""
-        self._call("fmi2SetReal", self._runtime.set, [variable.value_reference], [value])
-
     def setup_experiment(self, t: float) -> None:
         """Announce the start time."""
         self._runtime.setup(t)
@@ -65,6 +62,12 @@ class InProcessSlave:
     def set_real(self, references: Sequence[int], values: np.ndarray) -> None:
         """Set values, shape (n,)."""
         self._call("fmi2SetReal", self._runtime.set, list(references), values.tolist())
+
+    def _no_other_type(self, references: Sequence[int], *_values: Any) -> list[Any]:
+        """Get or set nothing: all variables are Real."""
+        return []
+
+    get_integer = set_integer = get_boolean = set_boolean = get_string = set_string = _no_other_type
 
     def set_input_derivatives(self, references: Sequence[int], orders: Sequence[int], values: np.ndarray) -> None:
         """Set derivatives of inputs for the next step."""
@@ -104,6 +107,14 @@ class InProcessSlave:
 
     def terminate(self) -> None:
         """End the run."""
+
+    def reset(self) -> bool:
+        """Start afresh."""
+        self.instantiate()
+        return True
+
+    def c_interface(self) -> None:
+        """There is none: this is no slave of C."""
 
     def free(self) -> None:
         """Drop the CasADi objects."""

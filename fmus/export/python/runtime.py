@@ -12,67 +12,35 @@ inputs of that instant. Outputs are evaluated when they are read.
 
 import math
 from collections.abc import Sequence
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from fmus.description.annotations import COMMIT_SHOWN, SAMPLE_TIME, SOLVER_STEP
+from fmus.export.python import plain
+from fmus.export.python.buffered import Buffered
+from fmus.export.python.vector import RuntimeFailure, Vector
 
 TICK = 1e-9  # s, how near to a communication point a sample counts as due there
 MOST_STEPS = 1e9
 EPSILON = float(np.finfo(float).eps)
 
 
-class RuntimeFailure(Exception):
-    """What an FMU reports with fmi2Error: the text names function, variable and time."""
-
-
-class Buffered:
-    """A CasADi function bound to arrays: a call allocates nothing and converts nothing."""
-
-    def __init__(self, function: Any, arguments: list[np.ndarray], results: list[np.ndarray]):
-        self._keep = (function, arguments, results)
-        buffer, self.run = function.buffer()
-        for i, array in enumerate(arguments):
-            buffer.set_arg(i, array.data)
-        for i, array in enumerate(results):
-            buffer.set_res(i, array.data)
-        self._buffer = buffer
-
-
-class Runtime:
-    """State and behaviour of one instance. Value reference = index into v = [p | c | u | x | y]."""
+class Runtime(Vector):
+    """State and behaviour of one instance."""
 
     def __init__(self, component: Any, name: str = ""):
+        super().__init__(component)
         part = component
         self.component: Any = component
         self.name = name or part.name
-        groups = (part.parameters, part.calculated_parameters, part.inputs, part.states, part.outputs_declared)
-        sizes = [part.size(g) for g in groups]
-        ends = np.cumsum(sizes)
-        self.v = np.zeros(int(ends[-1]))
-        p, c, u, x, y = (slice(int(e) - n, int(e)) for e, n in zip(ends, sizes, strict=True))
-        self.p, self.c, self.u, self.x, self.y = (self.v[s] for s in (p, c, u, x, y))
-        self.names = [n for g in groups for v in g for n in v.elements()]
-        self._first_input, self._first_state = u.start, x.start
-        for group, values in zip((part.parameters, part.inputs, part.states), (self.p, self.u, self.x), strict=True):
-            values[:] = np.concatenate([np.zeros(0), *(np.ravel(v.start) for v in group)])
-        before, between = np.zeros(len(self.v), bool), np.zeros(len(self.v), bool)
-        before[p] = before[u] = between[u] = True
-        before[x] = np.repeat([not s.calculated for s in part.states], [s.size for s in part.states])
-        between[p] = np.repeat([q.tunable for q in part.parameters], [q.size for q in part.parameters])
-        self._settable = {False: before, True: between}
-        self._places: dict[tuple[int, ...], np.ndarray] = {}  # hosts pass the same references step after step
-        self._admitted: dict[bool, dict[tuple[int, ...], tuple[np.ndarray, bool]]] = {False: {}, True: {}}
-        self.stepping = False  # initialization mode is over
         self._stale, self._parameters_stale = True, True
         self.t0 = 0.0
         self.stop: float | None = None
         self._t, self._s, self._h = np.zeros(1), np.zeros(1), np.zeros(1)
-        self._u1, self._u2 = np.zeros(sizes[2]), np.zeros(sizes[2])  # input derivatives
+        self._u1, self._u2 = np.zeros_like(self.u), np.zeros_like(self.u)  # input derivatives
         self._derivatives_new, self._derivatives_left = False, False  # given for the next step; any not zero
-        self._u_now, self._x_next, self._no_x = np.zeros(sizes[2]), np.zeros(sizes[3]), np.zeros(sizes[3])
+        self._u_now, self._x_next, self._no_x = np.zeros_like(self.u), np.zeros_like(self.x), np.zeros_like(self.x)
         self._x_views = self.x.data, self._x_next.data  # copied faster than arrays
         self._means = sum(o.size for o in part.outputs_declared if o.step_mean)
         self.m, self._q0, self._q1 = (np.zeros(self._means) for _ in range(3))
@@ -81,9 +49,6 @@ class Runtime:
         self._period_index = self._index(SAMPLE_TIME)
         self._shown_index = self._index(COMMIT_SHOWN)
         self._bind()
-
-    def _index(self, name: str) -> int | None:
-        return self.names.index(name) if name in self.names else None
 
     def _bind(self) -> None:
         """Bind the CasADi functions to this instance's arrays."""
@@ -125,64 +90,29 @@ class Runtime:
         """Return variables by value reference, evaluated where something was set since."""
         if self._stale:
             self._evaluate()
-        key = tuple(references)
-        index = self._places.get(key)
-        if index is None:
-            self._require_variables("fmi2GetReal", key)
-            index = self._places[key] = np.array(key, dtype=np.intp)
-        return self.v[index].tolist()
+        return self._read(references)
 
     def set(self, references: Sequence[int], values: Sequence[float]) -> None:
         """Set variables by value reference."""
-        key = tuple(references)
-        index, parameters = self._admitted[self.stepping].get(key) or self._admit(key)
-        if not math.isfinite(sum(values)):
-            bad = [(r, x) for r, x in zip(references, values, strict=True) if not math.isfinite(x)]
-            if bad:
-                raise RuntimeFailure(f"fmi2SetReal: variable {self.names[bad[0][0]]} = {bad[0][1]} is not finite.")
-        self.v[index] = values
+        parameters = self._write(references, values)
         self._stale = True
         if parameters:
             self._parameters_stale = True
 
-    def _admit(self, references: tuple[int, ...]) -> tuple[np.ndarray, bool]:
-        """Return the index of references that may be set now, and whether a parameter is among them; remember both."""
-        settable = self._settable[self.stepping]
-        self._require_variables("fmi2SetReal", references)
-        for reference in references:
-            if not settable[reference]:
-                raise RuntimeFailure(f"fmi2SetReal: variable {self.names[reference]} cannot be set now.")
-        found = np.array(references, dtype=np.intp), min(references, default=self._first_input) < self._first_input
-        self._admitted[self.stepping][references] = found
-        return found
-
-    def _require_variables(self, function: str, references: Sequence[int]) -> None:
-        for reference in references:
-            if not 0 <= reference < len(self.v):
-                raise RuntimeFailure(f"{function}: there is no Real variable with value reference {reference}.")
-
     def set_input_derivatives(self, references: Sequence[int], orders: Sequence[int], values: Sequence[float]) -> None:
         """Set time derivatives (order 1 or 2) of inputs, for the next step."""
-        given = list(zip(references, orders, values, strict=True))
-        for reference, order, value in given:  # a refused call changes nothing
-            name = self.names[reference] if 0 <= reference < len(self.v) else "(none)"
-            if not self._first_input <= reference < self._first_state or order not in (1, 2):
-                raise RuntimeFailure(
-                    f"fmi2SetRealInputDerivatives: variable {name}, order {order}: inputs, order 1 or 2 only."
-                )
-            if not math.isfinite(value):
-                raise RuntimeFailure(f"fmi2SetRealInputDerivatives: variable {name} = {value} is not finite.")
+        given = self._input_positions(references, orders, values)
         self._forget_derivatives()
         self._derivatives_new = self._derivatives_left = True
-        for reference, order, value in given:
-            (self._u1 if order == 1 else self._u2)[reference - self._first_input] = value
+        for i, order, value in given:
+            (self._u1 if order == 1 else self._u2)[i] = value
 
     # ---- evaluation ----------------------------------------------------------------------------------------
 
     def _evaluate(self) -> None:
         self._stale = False
         if self.component.python_only:
-            self._python_outputs()
+            plain.evaluate_outputs(self.component, self.t, self)
             return
         if self._parameters_stale:
             self._calculate.run()
@@ -197,43 +127,6 @@ class Runtime:
         elif self.due or not self.stepping:
             self._update.run()
             self._outputs_next.run()
-
-    def _namespaces(self) -> list[Any]:
-        """x, u, p of a Python-only component: floats and arrays under their names."""
-        part = self.component
-        spaces: list[Any] = []
-        for group, vector in ((part.states, self.x), (part.inputs, self.u), (part.parameters, self.p)):
-            at, values = 0, {}
-            for v in group:
-                array = vector[at : at + v.size].copy()
-                values[v.name] = array.reshape(v.shape) if v.shape else float(array[0])
-                at += v.size
-            spaces.append(SimpleNamespace(**values))
-        return spaces
-
-    def _store(self, where: str, group: Any, vector: np.ndarray, values: Any) -> None:
-        names = [v.name for v in group]
-        if not isinstance(values, dict):
-            raise RuntimeFailure(
-                f"{where} returns {type(values).__name__}, a dictionary with {sorted(names)} is needed."
-            )
-        if sorted(values) != sorted(names):
-            raise RuntimeFailure(f"{where} returns {sorted(values)}, declared are {sorted(names)}.")
-        at = 0
-        for v in group:
-            given = np.asarray(values[v.name])
-            if given.dtype.kind not in "fiub":
-                kind = "complex" if given.dtype.kind == "c" else type(values[v.name]).__name__
-                raise RuntimeFailure(f"{where}: {v.name} is {kind}, declared as real numbers of shape {v.shape}.")
-            array = given.astype(float)
-            if array.shape != v.shape:
-                raise RuntimeFailure(f"{where}: {v.name} has shape {array.shape}, declared with {v.shape}.")
-            vector[at : at + v.size] = array.ravel()
-            at += v.size
-
-    def _python_outputs(self) -> None:
-        part = self.component
-        self._store("outputs", part.outputs_declared, self.y, part.outputs(self.t, *self._namespaces()))
 
     # ---- life cycle ----------------------------------------------------------------------------------------
 
@@ -260,8 +153,7 @@ class Runtime:
         if self._period_index is not None and not self.v[self._period_index] > 0:
             raise RuntimeFailure(f"{self.name}: sample_time = {self.v[self._period_index]:g} s is not positive.")
         if self.component.python_only:
-            conditions = self.component.check(self.t, *self._namespaces())
-            broken = [c.text.format(*(f"{float(n):g}" for n in c.shown)) for c in conditions if not c.margin > 0]
+            broken = plain.broken_conditions(self.component, self.t, self)
         else:
             f = self.component.functions
             margins, shown = (r.full().ravel() for r in f.check(self._t, self.x, self.u, self.p, self.c))
@@ -286,8 +178,7 @@ class Runtime:
             self._parameters_stale = False
         part = self.component
         if part.python_only:
-            if part.states:
-                self._store("step", part.states, self.x, part.step(t, step, *self._namespaces()))
+            plain.advance(part, t, step, self)
         elif part.sampled:
             self._take_samples(t, step)
         elif part.states:

@@ -14,7 +14,7 @@ from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
 # What is not finite is told as an error, with its name and time.
-warnings.filterwarnings("ignore", category=RuntimeWarning, module=r"adcs_\w+\.fmus\.export\.python\.runtime")
+warnings.filterwarnings("ignore", category=RuntimeWarning, module=r"adcs_\w+\.fmus\.export\.python\.\w+")
 
 
 def _loader(source):
@@ -52,11 +52,10 @@ class ComponentSlave(Fmi2Slave):
                     f"{settings['model_name']}: the {what} of the edited source differ from modelDescription.xml "
                     f"({changed}). Rebuild the FMU with `adcs build`."
                 )
-        runtime, told = (
-            load(source, files, "fmus.export.python.runtime"),
-            load(source, files, "fmus.export.source_loader").told,
-        )
-        refusals = (runtime.RuntimeFailure,)  # tell all by themselves, as native FMUs do
+        runtime = load(source, files, "fmus.export.python.runtime")
+        told = load(source, files, "fmus.export.source_loader").told
+        # tell all by themselves, as native FMUs do
+        refusals = load(source, files, "fmus.export.python.vector").RuntimeFailure
         self._told = lambda e: str(e) if isinstance(e, refusals) else told(e, source) or f"{type(e).__name__}: {e}"
         self.runtime = runtime.Runtime(component, settings["model_name"])
         self.get_real, self.set_real = self._guarded(self.runtime.get), self._guarded(self.runtime.set)

@@ -1,0 +1,58 @@
+"""What a component in plain Python computes between an FMU's calls: its functions see floats and arrays by name."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from fmus.export.python.vector import RuntimeFailure, Vector
+
+
+def evaluate_outputs(part: Any, t: float, vector: Vector) -> None:
+    """Bring the outputs up to date."""
+    _store("outputs", part.outputs_declared, vector.y, part.outputs(t, *_namespaces(part, vector)))
+
+
+def advance(part: Any, t: float, step: float, vector: Vector) -> None:
+    """Bring the states from t to t + step."""
+    if part.states:
+        _store("step", part.states, vector.x, part.step(t, step, *_namespaces(part, vector)))
+
+
+def broken_conditions(part: Any, t: float, vector: Vector) -> list[str]:
+    """Return the texts of the component's conditions that do not hold."""
+    conditions = part.check(t, *_namespaces(part, vector))
+    return [c.text.format(*(f"{float(n):g}" for n in c.shown)) for c in conditions if not c.margin > 0]
+
+
+def _namespaces(part: Any, vector: Vector) -> list[SimpleNamespace]:
+    """Return x, u, p under their names; arrays are copies."""
+    spaces: list[SimpleNamespace] = []
+    for group, flat in ((part.states, vector.x), (part.inputs, vector.u), (part.parameters, vector.p)):
+        at, values = 0, {}
+        for v in group:
+            array = flat[at : at + v.size].copy()
+            values[v.name] = array.reshape(v.shape) if v.shape else float(array[0])
+            at += v.size
+        spaces.append(SimpleNamespace(**values))
+    return spaces
+
+
+def _store(where: str, group: Any, flat: np.ndarray, values: Any) -> None:
+    """Take what a component's function returned, if it is what was declared."""
+    names = [v.name for v in group]
+    if not isinstance(values, dict):
+        raise RuntimeFailure(f"{where} returns {type(values).__name__}, a dictionary with {sorted(names)} is needed.")
+    if sorted(values) != sorted(names):
+        raise RuntimeFailure(f"{where} returns {sorted(values)}, declared are {sorted(names)}.")
+    at = 0
+    for v in group:
+        given = np.asarray(values[v.name])
+        if given.dtype.kind not in "fiub":
+            kind = "complex" if given.dtype.kind == "c" else type(values[v.name]).__name__
+            raise RuntimeFailure(f"{where}: {v.name} is {kind}, declared as real numbers of shape {v.shape}.")
+        array = given.astype(float)
+        if array.shape != v.shape:
+            raise RuntimeFailure(f"{where}: {v.name} has shape {array.shape}, declared with {v.shape}.")
+        flat[at : at + v.size] = array.ravel()
+        at += v.size

@@ -1,0 +1,92 @@
+"""The variables of one instance of a python FMU: one flat vector, and what of it may be set when.
+
+Value reference = index into v = [p | c | u | x | y]: parameters, calculated parameters, inputs, states, other outputs.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+
+class RuntimeFailure(Exception):
+    """What an FMU reports with fmi2Error: the text names function, variable and time."""
+
+
+class Vector:
+    """All variables at their start values. `stepping`: initialization mode is over."""
+
+    def __init__(self, component: Any):
+        part = component
+        groups = (part.parameters, part.calculated_parameters, part.inputs, part.states, part.outputs_declared)
+        sizes = [part.size(g) for g in groups]
+        ends = np.cumsum(sizes)
+        self.v = np.zeros(int(ends[-1]))
+        p, c, u, x, y = (slice(int(e) - n, int(e)) for e, n in zip(ends, sizes, strict=True))
+        self.p, self.c, self.u, self.x, self.y = (self.v[s] for s in (p, c, u, x, y))
+        self.names = [n for g in groups for v in g for n in v.elements()]
+        self._first_input, self._first_state = u.start, x.start
+        for group, values in zip((part.parameters, part.inputs, part.states), (self.p, self.u, self.x), strict=True):
+            values[:] = np.concatenate([np.zeros(0), *(np.ravel(v.start) for v in group)])
+        before, between = np.zeros(len(self.v), bool), np.zeros(len(self.v), bool)
+        before[p] = before[u] = between[u] = True
+        before[x] = np.repeat([not s.calculated for s in part.states], [s.size for s in part.states])
+        between[p] = np.repeat([q.tunable for q in part.parameters], [q.size for q in part.parameters])
+        self.stepping = False
+        self._settable = {False: before, True: between}
+        self._places: dict[tuple[int, ...], np.ndarray] = {}  # hosts pass the same references step after step
+        self._admitted: dict[bool, dict[tuple[int, ...], tuple[np.ndarray, bool]]] = {False: {}, True: {}}
+
+    def _index(self, name: str) -> int | None:
+        return self.names.index(name) if name in self.names else None
+
+    def _read(self, references: Sequence[int]) -> list[float]:
+        """Return variables by value reference, as they are."""
+        key = tuple(references)
+        index = self._places.get(key)
+        if index is None:
+            self._require_variables("fmi2GetReal", key)
+            index = self._places[key] = np.array(key, dtype=np.intp)
+        return self.v[index].tolist()
+
+    def _write(self, references: Sequence[int], values: Sequence[float]) -> bool:
+        """Set variables by value reference, all or none; return whether a parameter is among them."""
+        key = tuple(references)
+        index, parameters = self._admitted[self.stepping].get(key) or self._admit(key)
+        if not math.isfinite(sum(values)):
+            bad = [(r, x) for r, x in zip(references, values, strict=True) if not math.isfinite(x)]
+            if bad:
+                raise RuntimeFailure(f"fmi2SetReal: variable {self.names[bad[0][0]]} = {bad[0][1]} is not finite.")
+        self.v[index] = values
+        return parameters
+
+    def _admit(self, references: tuple[int, ...]) -> tuple[np.ndarray, bool]:
+        """Return the index of references that may be set now, and whether a parameter is among them; remember both."""
+        settable = self._settable[self.stepping]
+        self._require_variables("fmi2SetReal", references)
+        for reference in references:
+            if not settable[reference]:
+                raise RuntimeFailure(f"fmi2SetReal: variable {self.names[reference]} cannot be set now.")
+        found = np.array(references, dtype=np.intp), min(references, default=self._first_input) < self._first_input
+        self._admitted[self.stepping][references] = found
+        return found
+
+    def _require_variables(self, function: str, references: Sequence[int]) -> None:
+        for reference in references:
+            if not 0 <= reference < len(self.v):
+                raise RuntimeFailure(f"{function}: there is no Real variable with value reference {reference}.")
+
+    def _input_positions(
+        self, references: Sequence[int], orders: Sequence[int], values: Sequence[float]
+    ) -> list[tuple[int, int, float]]:
+        """Return (index among the inputs, order, value) of input derivatives, once all of them are in order."""
+        given = list(zip(references, orders, values, strict=True))
+        for reference, order, value in given:
+            name = self.names[reference] if 0 <= reference < len(self.v) else "(none)"
+            what = f"fmi2SetRealInputDerivatives: variable {name}"
+            if not self._first_input <= reference < self._first_state or order not in (1, 2):
+                raise RuntimeFailure(f"{what}, order {order}: inputs, order 1 or 2 only.")
+            if not math.isfinite(value):
+                raise RuntimeFailure(f"{what} = {value} is not finite.")
+        return [(reference - self._first_input, order, value) for reference, order, value in given]
