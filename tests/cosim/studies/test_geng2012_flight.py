@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from cosim import simulate
 from cosim.cli.library import Library, locate
-from cosim.flights import simulate
+from cosim.masters.calls import assign, assignments
 from cosim.masters.explicit import Explicit
 from cosim.slaves.fmi2 import FmuSlave
 from cosim.studies.metrics import attitude_error, settling_time
@@ -55,12 +56,12 @@ class TestTable:
         slave = FmuSlave("plant", locate("FlexibleSpacecraft:modes=4"))
         slave.instantiate()
         variables = slave.description.variables
-        values = {"J": system.J, "delta": np.transpose(system.F), "Omega": np.array(system.OMEGA)}
+        values = {"J": np.array(system.J), "delta": np.transpose(system.F), "Omega": np.array(system.OMEGA)}
         values |= {"zeta": np.zeros(4), "q_BN": np.array([1.0, 0, 0, 0]), "omega_BN_B": np.zeros(3)}
         for name, value in values.items():
             for index in np.ndindex(value.shape):
                 element = f"{name}[{','.join(str(i + 1) for i in index)}]"
-                slave.set(variables[element], float(value[index]))
+                assign(slave, assignments([(variables[element], float(value[index]))]))
         slave.setup_experiment(0.0)
         slave.enter_initialization_mode()
         slave.exit_initialization_mode()

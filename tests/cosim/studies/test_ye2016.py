@@ -27,7 +27,7 @@ NAMES = [
     "ye2016-adaptive-slow",
     "ye2016-perfect",
 ]
-PARTS = CATALOG | {"FlexibleSpacecraft:modes=0": lambda: FlexibleSpacecraft(modes=0)}
+PARTS = {**CATALOG, "FlexibleSpacecraft:modes=0": lambda: FlexibleSpacecraft(modes=0)}
 T = np.linspace(0.0, 800.0, 801)
 
 
