@@ -1,6 +1,7 @@
 """Reading and writing groups of variables of any kind, as doubles in a vector of slots."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -35,21 +36,35 @@ def write(slave: Slave, kind: Kind, references: References, values: FloatArray, 
         slave.set_string(references, [texts.text(v) for v in values])
 
 
-def write_variables(slave: Slave, values: Sequence[tuple[ScalarVariable, Scalar]]) -> None:
-    """Set variables of any type, one call a kind; raises `CallFailed`."""
-    for kind in Kind:
-        mine = [(v.value_reference, value) for v, value in values if kind_of(v) == kind]
-        references = tuple(reference for reference, _ in mine)
-        if not mine:
-            continue
-        if kind == Kind.REAL:
-            slave.set_real(references, np.array([float(value) for _, value in mine]))
-        elif kind == Kind.INTEGER:
-            slave.set_integer(references, [int(value) for _, value in mine])
-        elif kind == Kind.BOOLEAN:
-            slave.set_boolean(references, [bool(value) for _, value in mine])
+@dataclass(frozen=True)
+class Assignment:
+    """Variables of one component and kind, each with its value."""
+
+    kind: Kind
+    references: References
+    values: tuple[Scalar, ...]
+
+
+def assignments(values: Iterable[tuple[ScalarVariable, Scalar]]) -> tuple[Assignment, ...]:
+    """Return values of variables of one component, in groups that are set in one call."""
+    given = [(kind_of(variable), variable.value_reference, value) for variable, value in values]
+    return tuple(
+        Assignment(kind, tuple(r for k, r, _ in given if k == kind), tuple(v for k, _, v in given if k == kind))
+        for kind in sorted({k for k, _, _ in given})
+    )
+
+
+def assign(slave: Slave, groups: Sequence[Assignment]) -> None:
+    """Set variables of any type; raises `CallFailed`."""
+    for group in groups:
+        if group.kind == Kind.REAL:
+            slave.set_real(group.references, np.array(group.values, dtype=np.float64))
+        elif group.kind == Kind.INTEGER:
+            slave.set_integer(group.references, [int(value) for value in group.values])
+        elif group.kind == Kind.BOOLEAN:
+            slave.set_boolean(group.references, [bool(value) for value in group.values])
         else:
-            slave.set_string(references, [str(value).encode() for _, value in mine])
+            slave.set_string(group.references, [str(value).encode() for value in group.values])
 
 
 def read_groups(slave: Slave, groups: Sequence[Group], values: FloatArray, texts: Texts) -> None:

@@ -16,7 +16,7 @@ FLAG = 0.5
 """A flag is up where it is above this, half way between its values 0 and 1."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Columns:
     """The recorded columns; `units` are None where an FMU gives none, `items` of no enumeration are None."""
 

@@ -7,6 +7,7 @@ import socket
 import threading
 from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
+from functools import cache
 from types import FrameType
 
 GRACE = 0.2
@@ -21,50 +22,69 @@ def interruptible(stop: ctypes.c_int, last_words: Callable[[], None]) -> Generat
     """Within, the first SIGINT sets `stop` and nothing else; outside the main thread nothing changes.
 
     The second one raises KeyboardInterrupt; where that cannot be raised, for the thread is inside an FMU that does not
-    return, `last_words` is called and the process ends. Python runs signal handlers between two of its own
-    instructions only, so a thread of its own listens to the bytes that the interpreter writes when a signal arrives.
+    return, `last_words` is called and the process ends.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    heard = threading.Event()
+    listener = _listener(os.getpid())  # a forked process has no threads
+    with listener.attending(stop, last_words):
+        yield
 
-    def end(_number: int, _frame: FrameType | None) -> None:
-        heard.set()
+
+class _Listener:
+    """A thread that hears of SIGINT while the main thread is in C.
+
+    Python runs signal handlers between two of its own instructions only, in the main thread. But the interpreter
+    writes a byte for every signal, at once, and whoever waits for it can set a flag that the kernel reads.
+    """
+
+    def __init__(self) -> None:
+        self._listening, self._telling = socket.socketpair()
+        self._telling.setblocking(False)
+        self._stop = ctypes.c_int()
+        self._last_words: Callable[[], None] = lambda: None
+        self._others = -1
+        self._count = 0
+        self._heard = threading.Event()
+        threading.Thread(target=self._listen, name="cosim-interrupt", daemon=True).start()
+
+    @contextmanager
+    def attending(self, stop: ctypes.c_int, last_words: Callable[[], None]) -> Generator[None]:
+        """Have SIGINT set `stop` within."""
+        self._stop, self._last_words, self._count = stop, last_words, 0
+        self._heard.clear()
+        before = signal.signal(signal.SIGINT, self._note)
+        self._others = signal.set_wakeup_fd(self._telling.fileno(), warn_on_full_buffer=False)
+        try:
+            yield
+        finally:
+            signal.set_wakeup_fd(self._others)
+            signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)  # None: a handler not of Python
+            self._heard.set()  # whatever comes now is not for this run
+
+    def _note(self, _number: int, _frame: FrameType | None) -> None:
+        self._stop.value = 1
+        signal.signal(signal.SIGINT, self._end)
+
+    def _end(self, _number: int, _frame: FrameType | None) -> None:
+        self._heard.set()
         raise KeyboardInterrupt
 
-    def note(_number: int, _frame: FrameType | None) -> None:
-        stop.value = 1
-        signal.signal(signal.SIGINT, end)
-
-    listening, telling = socket.socketpair()
-    telling.setblocking(False)
-    before = signal.signal(signal.SIGINT, note)
-    others = signal.set_wakeup_fd(telling.fileno(), warn_on_full_buffer=False)
-    listener = threading.Thread(target=_listen, args=(listening, others, stop, heard, last_words), daemon=True)
-    listener.start()
-    try:
-        yield
-    finally:
-        signal.set_wakeup_fd(others)
-        signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)  # None: a handler not of Python
-        telling.close()
-        listener.join()
-        listening.close()
+    def _listen(self) -> None:
+        while told := self._listening.recv(64):
+            if self._others >= 0:
+                with suppress(OSError):
+                    os.write(self._others, told)
+            self._count += told.count(signal.SIGINT)
+            if self._count:
+                self._stop.value = 1
+            if self._count > 1 and not self._heard.wait(GRACE):
+                with suppress(Exception):
+                    self._last_words()
+                os._exit(STATUS)
 
 
-def _listen(
-    bytes_of: socket.socket, others: int, stop: ctypes.c_int, heard: threading.Event, last_words: Callable[[], None]
-) -> None:
-    count = 0
-    while told := bytes_of.recv(64):
-        if others >= 0:
-            with suppress(OSError):
-                os.write(others, told)
-        count += told.count(signal.SIGINT)
-        if count:
-            stop.value = 1
-        if count > 1 and not heard.wait(GRACE):
-            with suppress(Exception):
-                last_words()
-            os._exit(STATUS)
+@cache
+def _listener(_process: int) -> _Listener:
+    return _Listener()

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping
+from weakref import WeakKeyDictionary
 
 import pyarrow as pa
 
@@ -18,11 +19,16 @@ TYPES: Mapping[Type, pa.DataType] = {
 }
 
 
+_known: "WeakKeyDictionary[Columns, pa.Schema]" = WeakKeyDictionary()
+
+
 def schema(columns: Columns) -> pa.Schema:
     """Return `time` in s, then the columns, each of its own type."""
-    fields = [field("time", "Real", "s", None)]
-    parts = zip(columns.names, columns.types, columns.units, columns.items, strict=True)
-    return pa.schema([*fields, *(field(*part) for part in parts)])
+    if columns not in _known:
+        fields = [field("time", "Real", "s", None)]
+        parts = zip(columns.names, columns.types, columns.units, columns.items, strict=True)
+        _known[columns] = pa.schema([*fields, *(field(*part) for part in parts)])
+    return _known[columns]
 
 
 def field(name: str, kind: Type, unit: str | None, items: Mapping[str, int] | None) -> pa.Field:

@@ -42,6 +42,7 @@ class FMU2Unmoved(fmi2.FMU2Slave):
         with beside(str(binaries)):
             self.dll = ctypes.CDLL(str(library))
         self._loadFunctions()
+        self.addresses = {name: _address(function) for name, function in self._functions.items()}
         self.component: Any = None
         self.callbacks: Any = None
 
@@ -195,7 +196,7 @@ class FmuSlave:
         """Return the instance for a caller in C."""
         if not self._alive:
             return None
-        return CInterface(int(self._fmu.component), {n: _address(f) for n, f in self._fmu._functions.items()})
+        return CInterface(int(self._fmu.component), self._fmu.addresses)
 
     def failed(self, status: int) -> float | None:
         """Note a call that failed; return the last successful time where the FMU knows it."""

@@ -23,9 +23,9 @@ def fly(stop: float, every: int, out: Path | None = None) -> dict[str, float]:
     """Fly; return seconds in the loop and in all, rows and columns, and this process's peak of memory, in MB."""
     import resource
 
+    from cosim import simulate
     from cosim.cli import scenario
     from cosim.cli.library import Library
-    from cosim.flights import simulate
 
     system, experiment = scenario.load(SYSTEM)
     experiment = replace(experiment, stop_time=stop, communication_step_size=1e-3, every=every)

@@ -2,7 +2,8 @@
  *
  * loop_same makes the calls that the kernel makes, in the same order: at every communication point the controller, whose
  * output answers its inputs, is evaluated with what the plant shows there. loop_lean leaves out what this wiring does not
- * need: the controller's inputs are set once a point, its output is read once. Both give the same numbers. */
+ * need: the controller's inputs are set once a point, its output is read once. Both give the same numbers: time is
+ * counted, `rate` steps a second. */
 #include <stddef.h>
 
 #if defined(_WIN32)
@@ -19,11 +20,11 @@ typedef struct {
     unsigned in[2], out[2];
 } Fmu;
 
-EXPORT int loop_same(const Fmu *plant, const Fmu *pd, long steps, double h, double *y, double *u)
+EXPORT int loop_same(const Fmu *plant, const Fmu *pd, long steps, double rate, double *y, double *u)
 {
     long k;
     for (k = 0; k < steps; k++) {
-        double t = (double)k * h, y_next[2], u_next;
+        double t = (double)k / rate, h = (double)(k + 1) / rate - t, y_next[2], u_next;
         if (plant->set(plant->instance, plant->in, 1, u) > 1) return 1;
         if (plant->step(plant->instance, t, h, 1) > 1) return 1;
         if (plant->get(plant->instance, plant->out, 2, y_next) > 1) return 1;
@@ -37,11 +38,11 @@ EXPORT int loop_same(const Fmu *plant, const Fmu *pd, long steps, double h, doub
     return 0;
 }
 
-EXPORT int loop_lean(const Fmu *plant, const Fmu *pd, long steps, double h, double *y, double *u)
+EXPORT int loop_lean(const Fmu *plant, const Fmu *pd, long steps, double rate, double *y, double *u)
 {
     long k;
     for (k = 0; k < steps; k++) {
-        double t = (double)k * h;
+        double t = (double)k / rate, h = (double)(k + 1) / rate - t;
         if (plant->set(plant->instance, plant->in, 1, u) > 1) return 1;
         if (plant->step(plant->instance, t, h, 1) > 1) return 1;
         if (plant->get(plant->instance, plant->out, 2, y) > 1) return 1;

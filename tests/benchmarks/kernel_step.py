@@ -12,14 +12,15 @@ from pathlib import Path
 import bench
 from parts import Controller, Plant
 
-from cosim.masters import loop
 from cosim.masters.explicit import Explicit
-from cosim.masters.initialization import initialize
-from cosim.masters.kernel import kernel
-from cosim.masters.master import Block
+from cosim.masters.initialization.initialize import Initialization
+from cosim.masters.kernel.kernel import Kernel
+from cosim.masters.run import run
+from cosim.masters.stepping import Stepping
+from cosim.masters.watch import Block, Watch
 from cosim.slaves.fmi2 import FmuSlave
+from cosim.system import Connection, System
 from cosim.system.expand import wire
-from cosim.system.system import Connection, System
 from cosim.time import Schedule
 from fmus.export.build import build
 from fmus.toolchain import compile_library
@@ -44,26 +45,25 @@ class Flight:
         paths = {"plant": folder / "Plant.fmu", "controller": folder / "Controller.fmu"}
         self.slaves = {name: FmuSlave(name, path) for name, path in paths.items()}
         system = System(name="loop", components=dict.fromkeys(paths, ""), connections=CONNECTIONS)
-        wiring = wire(system, {name: slave.description for name, slave in self.slaves.items()})
-        schedule = Schedule.of(0.0, steps * H, H, steps)
-        self.plan = Explicit("jacobi").plan(wiring, schedule, ("*",))
-        self.values = initialize(self.plan, wiring, self.slaves)
-        self.block = Block(8, len(self.plan.columns.names))
+        master, wiring = Explicit("jacobi"), wire(system, {n: slave.description for n, slave in self.slaves.items()})
+        timed = master.timed(wiring)
+        self.course = master.course(timed, Schedule.of(0.0, steps * H, H, steps), ("*",))
+        self.point = Initialization.of(timed, self.course.layout).start(self.slaves, 0.0)
+        self.watch = Watch(self.course.layout, self.course.schedule, Block(8, len(self.course.layout.columns.names)))
 
-    def take(self, steps) -> float:
+    def take(self, algorithm) -> float:
         """Fly by the kernel or by the Python loop; return the seconds."""
-        return bench.clocked(
-            lambda: list(steps(self.plan, self.slaves, self.values, self.block, lambda: False)),
-            self.plan.schedule.steps,
-        )()
+        flying = algorithm(self)
+        going = run(flying, self.course.control(), self.point, self.watch)
+        return bench.clocked(lambda: list(going), self.course.schedule.steps)()
 
     def by_hand(self, function) -> float:
         """Fly by a loop of kernel_step.c; return the seconds."""
-        steps = self.plan.schedule.steps
+        steps = self.course.schedule.steps
         y = (ctypes.c_double * 2)(*self.get("plant", "angle", "rate"))
         u = (ctypes.c_double * 1)(*self.get("controller", "tau"))
         plant, pd = self.fmu("plant", ("tau",), ("angle", "rate")), self.fmu("controller", ("angle", "rate"), ("tau",))
-        arguments = ctypes.byref(plant), ctypes.byref(pd), ctypes.c_long(steps), ctypes.c_double(H), y, u
+        arguments = ctypes.byref(plant), ctypes.byref(pd), ctypes.c_long(steps), ctypes.c_double(1 / H), y, u
         return bench.clocked(lambda: function(*arguments), steps)()
 
     def references(self, instance: str, *names: str) -> tuple[int, ...]:
@@ -74,15 +74,24 @@ class Flight:
 
     def fmu(self, instance: str, inputs: tuple[str, ...], outputs: tuple[str, ...]) -> Fmu:
         slave = self.slaves[instance]
-        functions = (slave.entry(f"fmi2{name}") for name in ("SetReal", "GetReal", "DoStep"))
+        found = slave.c_interface()
+        functions = (found.functions[f"fmi2{name}"] for name in ("SetReal", "GetReal", "DoStep"))
         pairs = ((ctypes.c_uint * 2)(*self.references(instance, *names)) for names in (inputs, outputs))
-        return Fmu(slave.address, *functions, *pairs)
+        return Fmu(found.component, *functions, *pairs)
 
     def end(self) -> list[float]:
         values = self.get("plant", "angle", "rate")
         for slave in self.slaves.values():
             slave.free()
         return values
+
+
+def kernel(flight: Flight) -> Kernel:
+    return Kernel(flight.course.turns, flight.slaves, flight.watch)
+
+
+def python(flight: Flight) -> Stepping:
+    return Stepping(flight.course.turns, flight.slaves)
 
 
 def main(folder: Path) -> None:
@@ -94,22 +103,22 @@ def main(folder: Path) -> None:
     ends = {}
 
     def contestant(name: str, fly, steps: int = STEPS):
-        def run() -> float:
+        def once() -> float:
             flight = Flight(folder, steps)
             seconds = fly(flight)
             ends[name] = flight.end()
             return seconds
 
-        return run
+        return once
 
     flights = {
         "C loop, same calls": contestant("same", lambda f: f.by_hand(loops.loop_same)),
         "C loop, leanest": contestant("lean", lambda f: f.by_hand(loops.loop_lean)),
-        "kernel": contestant("kernel", lambda f: f.take(kernel.steps)),
-        "Python loop": contestant("python", lambda f: f.take(loop.steps), PYTHON_STEPS),
+        "kernel": contestant("kernel", lambda f: f.take(kernel)),
+        "Python loop": contestant("python", lambda f: f.take(python), PYTHON_STEPS),
     }
     times = bench.rounds(flights, ROUNDS)
-    contestant("short", lambda f: f.take(kernel.steps), PYTHON_STEPS)()
+    contestant("short", lambda f: f.take(kernel), PYTHON_STEPS)()
     assert ends["same"] == ends["lean"] == ends["kernel"] and ends["python"] == ends["short"], ends
     bench.compare(f"kernel step: two small native FMUs, {STEPS} steps", times, "C loop, same calls", {"kernel": 1.5})
 

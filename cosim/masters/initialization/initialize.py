@@ -11,7 +11,7 @@ import numpy as np
 
 from cosim.arrays import FloatArray
 from cosim.errors import AlgebraicLoop, CallFailed, InitializationFailed
-from cosim.masters.calls import read_groups, write_variables
+from cosim.masters.calls import Assignment, assign, assignments, read_groups
 from cosim.masters.initialization.algebraic_loop import Loop, same_bits
 from cosim.masters.initialization.values import Reading, Values
 from cosim.masters.layout import ComponentLayout, Layout, groups_of
@@ -22,7 +22,7 @@ from cosim.system.wiring import Port, Wiring
 from fmus.description.annotations import COMMIT_SHOWN
 from fmus.description.description import Scalar, ScalarVariable
 
-Settings = Mapping[str, Sequence[tuple[ScalarVariable, Scalar]]]
+Settings = Mapping[str, Sequence[Assignment]]
 """Instance -> its variables, each with its value."""
 
 
@@ -85,11 +85,11 @@ class Initialization:
         for name, slave in slaves.items():
             slave.instantiate()
             slave.setup_experiment(t)
-            write_variables(slave, self.settings.get(name, ()))
+            assign(slave, self.settings.get(name, ()))
         for slave in slaves.values():
             slave.enter_initialization_mode()
         for name, values in self.held.items():
-            write_variables(slaves[name], values)
+            assign(slaves[name], values)
 
     def _settle(self, values: Values) -> None:
         """Sweep until no bit changes; n parts need at most n + 2 sweeps even where InitialUnknowns are wrong."""
@@ -135,18 +135,19 @@ class Initialization:
 
 def _settings(wiring: Wiring) -> Settings:
     """Return what is set before initialization, and in our sampled FMUs which inputs a step takes (COMMIT_SHOWN)."""
-    found = {name: list(values) for name, values in _by_component(wiring, wiring.settings).items()}
-    for name, description in wiring.descriptions.items():
-        if description.sampled and any(link.timing != "at_point" for link in wiring.into(name)):
-            found.setdefault(name, []).append((description.variables[COMMIT_SHOWN], 1.0))
-    return found
+    shown = {
+        Port(name, COMMIT_SHOWN): 1.0
+        for name, description in wiring.descriptions.items()
+        if description.sampled and any(link.timing != "at_point" for link in wiring.into(name))
+    }
+    return _by_component(wiring, {**wiring.settings, **shown})
 
 
 def _by_component(wiring: Wiring, values: Mapping[Port, Scalar]) -> Settings:
     found: dict[str, list[tuple[ScalarVariable, Scalar]]] = {}
     for port, value in values.items():
         found.setdefault(port.component, []).append((wiring.variable(port), value))
-    return found
+    return {name: assignments(pairs) for name, pairs in found.items()}
 
 
 def _not_finite(c: ComponentLayout, values: FloatArray, slave: Slave) -> InitializationFailed:

@@ -62,6 +62,7 @@ static integer period_end(const Run *r, const Component *c, integer k)
 
 static int is_due(const Run *r, const Component *c, integer k)
 {
+    if (c->period == 1) return 1;
     return c->at_end ? k + 1 == period_end(r, c, k) : k == period_start(c, k);
 }
 
@@ -85,6 +86,10 @@ static int set_values(Run *r, integer place, int at_end)
     const Component *c = &r->component[place];
     const double *value = c->value;
     integer g, i;
+    if (c->only_real) {
+        const int status = c->set_real(c->instance, c->input_group->references, (size_t)c->inputs, value);
+        return is_success(status) ? 0 : failed(r, place, CALL_SET, status, 0, REAL);
+    }
     for (i = 0; i < c->restricted; i++) {
         const Allowed *a = &c->allowed[i];
         integer j = 0;
@@ -141,11 +146,12 @@ static int get_values(Run *r, integer place, const Group *group)
 
 static int refuse_not_finite(Run *r, integer place, const Group *group)
 {
+    const integer n = group->count, *slots = group->slots;
+    const double *newest = r->newest;
     integer i;
     if (group->kind != REAL) return 0;
-    for (i = 0; i < group->count; i++)
-        if (!isfinite(r->newest[group->slots[i]]))
-            return failed(r, place, CALL_NOT_FINITE, OK, group->slots[i], REAL);
+    for (i = 0; i < n; i++)
+        if (!isfinite(newest[slots[i]])) return failed(r, place, CALL_NOT_FINITE, OK, slots[i], REAL);
     return 0;
 }
 
@@ -168,6 +174,12 @@ static double source_at_start(const Run *r, const Component *c, integer i, integ
     return r->point[c->source[i]];
 }
 
+/* The same, in the step of a component that may be at its end. */
+static double begun_value(const Run *r, const Component *c, integer i, integer k)
+{
+    return c->at_end ? c->begun[i] : source_at_start(r, c, i, k);
+}
+
 /* b: source i's value where the target's period ends. */
 static double source_at_end(const Run *r, const Component *c, integer i, integer k)
 {
@@ -185,23 +197,27 @@ static double source_at_end(const Run *r, const Component *c, integer i, integer
 
 static int set_inputs(Run *r, integer place, integer k, double h)
 {
-    Component *c = &r->component[place];
+    const Component *c = &r->component[place];
+    const integer n = c->inputs;
     integer i;
     int status;
-    if (!c->inputs) return 0;
-    if (!c->at_end)
-        for (i = 0; i < c->inputs; i++) c->begun[i] = source_at_start(r, c, i, k);
-    for (i = 0; i < c->inputs; i++) {
-        double value = c->begun[i];
-        if (c->timing[i] == AFTER_STEP || c->timing[i] == STEP_MEAN) value = source_at_end(r, c, i, k);
-        if (c->timing[i] == MIDPOINT || c->timing[i] == CENTRED) value = 0.5 * (value + source_at_end(r, c, i, k));
+    if (!n) return 0;
+    for (i = 0; i < n; i++) {
+        double value;
+        switch (c->timing[i]) {
+        case AFTER_STEP:
+        case STEP_MEAN: value = source_at_end(r, c, i, k); break;
+        case MIDPOINT:
+        case CENTRED: value = 0.5 * (begun_value(r, c, i, k) + source_at_end(r, c, i, k)); break;
+        default: value = begun_value(r, c, i, k);
+        }
         c->value[i] = c->factor[i] * value + c->addend[i];
     }
     if (set_values(r, place, 0)) return 1;
     if (!c->input_derivatives) return 0;
     for (i = 0; i < c->input_derivatives; i++) {
         integer at = c->position[i];
-        double slope = c->slot[i] < 0 ? (source_at_end(r, c, at, k) - c->begun[at]) / h : r->point[c->slot[i]];
+        double slope = c->slot[i] < 0 ? (source_at_end(r, c, at, k) - begun_value(r, c, at, k)) / h : r->point[c->slot[i]];
         c->slope[i] = c->factor[at] * slope;
     }
     status = c->set_derivatives(c->instance, c->derivative_references, (size_t)c->input_derivatives,
@@ -270,14 +286,13 @@ static int refresh(Run *r, const Reading *reading)
     return 0;
 }
 
-/* Communication step k, from point k to point k + 1. `point` is replaced only when all has succeeded. */
-static int step(Run *r, integer k)
+/* Communication step k, from point k at t to point k + 1 at t + h. `point` is replaced only when all has succeeded. */
+static int step(Run *r, integer k, double t, double h)
 {
-    const double t = point_time(r, k), h = point_time(r, k + 1) - t;
     integer i, j;
     double *swap;
-    for (i = 0; i < r->components; i++) {
-        Component *c = &r->component[i];
+    for (i = 0; i < r->components && !r->all_step; i++) {
+        const Component *c = &r->component[i];
         if (c->at_end && k == period_start(c, k))
             for (j = 0; j < c->inputs; j++) c->begun[j] = source_at_start(r, c, j, k);
     }
@@ -290,8 +305,10 @@ static int step(Run *r, integer k)
             memcpy(r->next + c->offset, r->newest + c->offset,
                    (size_t)(c->outputs + c->output_derivatives) * sizeof(double));
     }
-    for (i = 0; i < r->refreshes; i++)
-        if (period_end(r, &r->component[r->refresh[i].component], k) == k + 1 && refresh(r, &r->refresh[i])) return 1;
+    for (i = 0; i < r->refreshes; i++) {
+        const Component *c = &r->component[r->refresh[i].component];
+        if ((r->all_step || period_end(r, c, k) == k + 1) && refresh(r, &r->refresh[i])) return 1;
+    }
     swap = r->point;
     r->point = r->next;
     r->next = swap;
@@ -321,24 +338,28 @@ EXPORT int kernel_run(Run *r, integer until, double seconds, double *rows, integ
 {
     const double begun = now();
     double last = begun;
+    double t = point_time(r, r->done), next;
     integer i, look = 1, next_look = r->done + 1;
     if (r->every < 1 || r->denominator < 1 || r->step < 1 || until > r->steps) return -1;
     for (i = 0; i < r->components; i++)
         if (r->component[i].period < 1) return -1;
     while (r->done < until && *count < capacity && !*r->stop_asked) {
         if (r->stop_slot >= 0 && r->point[r->stop_slot] > FLAG) break;
-        if (step(r, r->done)) break;
+        next = point_time(r, r->done + 1);
+        if (step(r, r->done, t, next - t)) break;
         r->done++;
+        t = next;
         if (r->done % r->every == 0 || r->done == r->steps) {
             write_row(r, r->done, rows + *count * (1 + r->columns));
             r->last_row = r->done;
             ++*count;
         }
         if (r->done >= next_look) {
-            const double t = now();
-            if (t - begun > seconds) break;
-            look = t - last < QUICK && look < BETWEEN_LOOKS ? 2 * look : t - last < QUICK ? look : 1;
-            last = t;
+            const double clock = now();
+            if (clock - begun > seconds) break;
+            if (clock - last > QUICK) look = 1;
+            else if (look < BETWEEN_LOOKS) look *= 2;
+            last = clock;
             next_look = r->done + look;
         }
     }

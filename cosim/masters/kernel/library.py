@@ -6,6 +6,7 @@ import os
 import sys
 import threading
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from platform import machine
 from typing import Any
@@ -28,9 +29,7 @@ def library() -> ctypes.CDLL:
     A file that is empty, cut, or of other structures than this process has is compiled anew.
     """
     with _lock:
-        parts = [*(source.read_bytes() for source in SOURCES), f"{sys.platform} {machine()}".encode()]
-        key = hashlib.sha256(b"\0".join(parts)).hexdigest()[:16]
-        path = places.kernel() / f"kernel-{key}{'.dll' if os.name == 'nt' else '.so'}"
+        path = places.kernel() / f"kernel-{_key()}{'.dll' if os.name == 'nt' else '.so'}"
         if path not in _loaded:
             found = _load(path)
             if found is None:
@@ -54,6 +53,12 @@ def obstacle(slaves: Mapping[str, Slave]) -> str:
     except (BuildError, OSError) as error:
         return str(error).partition("\n")[0]
     return ""
+
+
+@cache
+def _key() -> str:
+    parts = [*(source.read_bytes() for source in SOURCES), f"{sys.platform} {machine()}".encode()]
+    return hashlib.sha256(b"\0".join(parts)).hexdigest()[:16]
 
 
 def _load(path: Path) -> ctypes.CDLL | None:

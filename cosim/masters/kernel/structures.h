@@ -59,7 +59,7 @@ typedef struct {
     DoStep do_step;
     integer period, at_end;
     /* inputs: input = factor * value + addend, see layout.Inputs and turns.Turn */
-    integer inputs, input_groups;
+    integer inputs, input_groups, only_real; /* only_real: one group of Reals, of which each takes every value */
     const Group *input_group;
     const integer *source, *timing, *ahead, *source_component;
     const double *factor, *addend;
@@ -131,7 +131,7 @@ static const integer layout[] = {
     F(Component, set_integer), F(Component, get_integer), F(Component, set_boolean), F(Component, get_boolean),
     F(Component, set_string), F(Component, get_string), F(Component, set_derivatives),
     F(Component, get_derivatives), F(Component, do_step), F(Component, period), F(Component, at_end),
-    F(Component, inputs), F(Component, input_groups), F(Component, input_group), F(Component, source),
+    F(Component, inputs), F(Component, input_groups), F(Component, only_real), F(Component, input_group), F(Component, source),
     F(Component, timing), F(Component, ahead), F(Component, source_component), F(Component, factor),
     F(Component, addend), F(Component, begun), F(Component, value), F(Component, restricted),
     F(Component, allowed), F(Component, centred), F(Component, centred_references), F(Component, centred_position),

@@ -66,7 +66,7 @@ class ComponentStructure(ctypes.Structure):
 
     _fields_ = [
         *_pointers("instance", *FUNCTIONS),
-        *_integers("period", "at_end", "inputs", "input_groups"),
+        *_integers("period", "at_end", "inputs", "input_groups", "only_real"),
         *_pointers("input_group", "source", "timing", "ahead", "source_component", "factor", "addend"),
         *_pointers("begun", "value"),
         *_integers("restricted"),
@@ -206,6 +206,7 @@ class Packed:
             at_end=turn.at_end,
             inputs=n,
             input_groups=len(inputs.groups),
+            only_real=[group.kind for group in inputs.groups] == [Kind.REAL] and not inputs.allowed,
             input_group=self._groups(inputs.groups),
             source=self._array(inputs.source, np.int64),
             timing=self._array(turn.timing, np.int64),

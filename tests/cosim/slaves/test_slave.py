@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from cosim.errors import CallFailed
-from cosim.masters.calls import write_variables
+from cosim.masters.calls import assign, assignments
 from cosim.slaves.fmi2 import FmuSlave
 from fmus.description.read import parse_description, read_description
 
@@ -82,8 +82,8 @@ class TestInterface:
 class TestCalls:
     def test_all_types_can_be_set(self, slave):
         variables = slave.description.variables
-        write_variables(slave, [(variables["k"], 2.5), (variables["n"], 7), (variables["on"], False)])
-        write_variables(slave, [(variables["label"], "b")])
+        assign(slave, assignments([(variables["k"], 2.5), (variables["n"], 7), (variables["on"], False)]))
+        assign(slave, assignments([(variables["label"], "b")]))
         assert slave.get_real(references(slave, "k")) == [2.5]
 
     def test_step(self, slave):
