@@ -9,6 +9,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from adcs_cosim import refuse_strangers
+
 if TYPE_CHECKING:
     from cosim.cli.library import Library
     from cosim.cli.scenario import load
@@ -19,6 +21,8 @@ if TYPE_CHECKING:
     from cosim.system.swap import SwapReport
 
 __all__ = ["Connection", "Experiment", "Library", "Result", "System", "Value", "load", "prepare", "simulate"]
+
+refuse_strangers()
 
 _HOMES = {
     "Connection": "cosim.system",

@@ -1,5 +1,5 @@
 """`python -m cosim` is `adcs`."""
 
-from cosim.cli.commands import app
+from adcs_cosim import main
 
-app()
+main()

@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from cosim.cli import console
-from cosim.cli.library import Library
 from cosim.errors import SimulationError
 from fmus.errors import BuildError
-from fmus.export import build as building
 from fmus.toolchain import SUFFIXES as PLATFORMS
 
 if TYPE_CHECKING:
@@ -21,7 +19,10 @@ if TYPE_CHECKING:
 
 HELP = """Spacecraft attitude-control co-simulation with FMI 2.0 FMUs.
 
-First steps: adcs list, then adcs run zhang2018-ppatc --plot."""
+First steps: adcs list, then adcs run zhang2018-ppatc --plot.
+
+FMUs that are built, and the compiled kernel, are kept in $ADCS_BUILD, else in the user's cache folder (on Linux
+~/.cache/adcs-cosim)."""
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=HELP)
 
@@ -53,6 +54,7 @@ def _reported() -> Any:
 def list_() -> None:
     """List components, systems and papers, a line each."""
     from cosim.studies import papers
+    from fmus.export import build as building
 
     with _reported():
         console.write_listing("components (adcs build NAME)", building.component_docs())
@@ -82,6 +84,8 @@ def build(
 
     A SYSTEM gives one FMU per instance, with the system's parameters as start values.
     """
+    from fmus.export import build as building
+
     with _reported():
         backends = building.BACKENDS if backend == "all" else (backend,)
         platforms = tuple(PLATFORMS) if platform == "all" else tuple(platform.split(","))
@@ -111,6 +115,8 @@ def show_(
 ) -> None:
     """Show how a system is wired and evaluated, or the description of one FMU."""
     from cosim.cli import overrides, scenario, show
+    from cosim.cli.library import Library
+    from fmus.export import build as building
 
     with _reported():
         locate = Library(backend, console.note)
@@ -162,6 +168,7 @@ def run(
     Missing FMUs are built first. Exit status: 0 finished, 1 ended early (what was recorded is kept), 2 not begun.
     """
     from cosim.cli import overrides, scenario
+    from cosim.cli.library import Library
     from cosim.flights import simulate
     from cosim.studies import metrics, papers
     from cosim.system.overrides import with_parameters
@@ -241,6 +248,7 @@ def reproduce_(
 
     Exit status 1 after Ctrl-C or a failure: the report has the experiments that were flown.
     """
+    from cosim.cli.library import Library
     from cosim.studies import papers, reproduction
 
     with _reported():
@@ -276,6 +284,7 @@ def compare_(
     A plant has its paper's cluster, or wheels. The vehicle's parameters are carried into the controller, gains are not
     retuned. Exit status 1 after Ctrl-C: the table has the flights that were finished.
     """
+    from cosim.cli.library import Library
     from cosim.studies import comparison
 
     with _reported(), console.progress("compare") as progress:
