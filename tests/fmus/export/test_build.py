@@ -62,7 +62,7 @@ def test_a_source_edited_while_a_process_runs_is_built_by_the_next_one(tmp_path,
     """What a process built from its modules must not pass for a build of what was edited meanwhile."""
     for package in (components, fmus):
         source = Path(package.__file__).parent
-        shutil.copytree(source, tmp_path / source.name, ignore=shutil.ignore_patterns("build", "__pycache__"))
+        shutil.copytree(source, tmp_path / source.name, ignore=shutil.ignore_patterns("__pycache__"))
     run(EDIT_WHILE_RUNNING, tmp_path, monkeypatch)
     assert run(FREQUENCY_OF_THE_NEXT_PROCESS, tmp_path, monkeypatch) == "0.0022"
 
