@@ -5,25 +5,43 @@ import sys
 from pathlib import Path
 
 PACKAGES = ("components", "fmus", "cosim")
+HOME = Path(__file__).resolve().parent
 
 
 class StrangerFound(ImportError):
-    """A package of one of our names that is not ours: a user's own folder that Python found first."""
+    """A package of one of our names that is not ours, and that Python found first."""
 
 
 def refuse_strangers() -> None:
-    """Raise `StrangerFound`, with one sentence, if one of our packages is found elsewhere than beside this file."""
-    home = Path(__file__).resolve().parent
+    """Raise `StrangerFound`, with one sentence, if Python finds a package of one of our names elsewhere.
+
+    A mere folder of that name, as `fmus` for FMUs, is passed over: an installation for development would be found
+    after it.
+    """
     for name in PACKAGES:
         spec = importlib.util.find_spec(name)
-        origins = [] if spec is None else [spec.origin] if spec.origin else list(spec.submodule_search_locations or ())
-        found = Path(origins[0]).resolve() if origins and origins[0] is not None else None
-        if found is None or not found.is_relative_to(home / name):
-            where = "nothing" if found is None else str(found.parent if found.suffix == ".py" else found)
-            raise StrangerFound(
-                f"adcs-cosim needs its own package {name!r} ({home / name}), but Python finds {where}: rename that "
-                "folder, or start elsewhere."
-            )
+        if spec is not None and spec.origin is not None:
+            found = Path(spec.origin).resolve()
+            if not found.is_relative_to(HOME / name):
+                where = found.parent if found.name == "__init__.py" else found
+                raise StrangerFound(
+                    f"adcs-cosim needs its own package {name!r} ({HOME / name}), but Python finds {where}: rename that "
+                    "one, or start elsewhere."
+                )
+        else:
+            _import_ours(name)
+
+
+def _import_ours(name: str) -> None:
+    place = HOME / name
+    spec = importlib.util.spec_from_file_location(name, place / "__init__.py", submodule_search_locations=[str(place)])
+    if spec is None or spec.loader is None or not place.is_dir():
+        raise StrangerFound(
+            f"adcs-cosim needs its own package {name!r}, but there is none in {HOME}: install it again."
+        )
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
 
 
 def main() -> None:

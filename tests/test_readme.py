@@ -41,7 +41,7 @@ def test_every_command_and_file_of_the_readme_runs_in_order(folder):
     swap = next(text for line, text in printed.items() if "AdaptiveTracking" in line)
     assert "dropped parameter controller.rho_0" in swap
     assert "kept    plant.q_BN -> controller.q_BN" in swap
-    for name in ("from_python.py", "read_results.py"):
+    for name in ("from_python.py", "many_flights.py", "read_results.py"):
         done = subprocess.run([sys.executable, name], cwd=folder, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
     assert (folder / "overlay" / "attitude_error.png").is_file()

@@ -11,6 +11,7 @@ import typer
 
 from cosim.cli import console
 from cosim.errors import SimulationError
+from cosim.results.names import FORMATS
 from fmus.errors import BuildError
 from fmus.toolchain import SUFFIXES as PLATFORMS
 
@@ -156,7 +157,7 @@ def run(
     ] = None,
     force: Force = False,
     every: Annotated[int | None, typer.Option(help="Record every n-th communication point.")] = None,
-    format: Annotated[Literal["parquet", "csv", "mat"], typer.Option(help="Format of the result.")] = "parquet",
+    format: Annotated[str, typer.Option(help=f"Format of the result: {', '.join(FORMATS)}.")] = "parquet",
     settled: Annotated[
         str | None,
         typer.Option(metavar="ANGLE", help="Threshold of the settling time, as in '0.005 deg'. Default: the paper's."),
