@@ -6,8 +6,8 @@
     r_c = dead zone(limited(gimbal_rate_command))                                                 (4)
     gamma' = r,  T r' = r_c - r;  T = 0: r = r_c                                                  (5)
     Om_j' = wheel_acceleration_command_j within the motor's torque limit / I_j                    (6)
-s and t at gamma, nominal t_i0: attitude/cmg.py; limited (the direction is kept), dead zone and singularity (of the
-columns t): attitude/allocation.py.
+s and t at gamma, nominal t_i0: mathematics/cmg.py; limited (the direction is kept), dead zone and singularity (of the
+columns t): mathematics/allocation.py.
 
 Symbols: gamma gimbal_angle, s rotor axis, t transverse axis, h rotor_momentum; Om wheel_speed, a spin axis, I
 wheel_inertia; T gimbal_lag. All axes in B. tau_B is the mean of (3) over the communication step.

@@ -7,9 +7,9 @@
         sat(I Om' + A_w^+ d) / I                                                                  (4)
     singular measure: det(A A^T), A the columns t_i; det(A^T A) of less than three gyros          (5)
 
-Symbols: gamma gimbal_angle, t transverse axis at gamma (attitude/cmg.py), h rotor_momentum; Om wheel speed, a spin
+Symbols: gamma gimbal_angle, t transverse axis at gamma (mathematics/cmg.py), h rotor_momentum; Om wheel speed, a spin
 axis, column of A_w, I wheel_inertia; all axes nominal, in B. W diagonal: gimbal_weight, wheel_weight. limited keeps the
-direction, as the dead zone in attitude/allocation.py.
+direction, as the dead zone in mathematics/allocation.py.
 Source: D. Ye, Z. Sun, Y. Liu, An adaptive control algorithm for hybrid actuator with installation deviation, J. Harbin
 Inst. Tech. 48(11), 2016, equations (5), (11), and (24) with its lost inverse; apart from its law, so that any
 torque-commanding controller can fly its cluster. The weights are not in the paper, which has W = I.

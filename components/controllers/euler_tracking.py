@@ -1,7 +1,7 @@
 """Adaptive tracking in Euler angles 1-2-3: what the laws of one paper have in common.
 
 theta, theta_d: angles of body and reference; U: the angle unit of the gains, degrees unless set. The error and all that
-follows from it have no unit of angle. The vehicle is taken without its modes, G and G' are those of attitude/euler.py:
+follows from it have no unit of angle. The vehicle is taken without its modes; G, G' as in mathematics/euler.py:
     e = (theta - theta_d) / U,  theta' = F w,  G = F^-1                                           (3)
     J* theta'' + C theta' = G^T u + D,  J* = G^T J G                                              (4)
 A law asks for an acceleration a of theta / U; r is the gain from there to its filtered error s, s' = r (a - f):

@@ -10,7 +10,7 @@
     Theta_F' = alpha_F Y_F^T B^T P e,  B^T P e = P_12 e_1 + P_22 e_2                              (25)
     Theta_ci', Theta_wj' = smooth projection of alpha_G Y_Gi^T B^T P e u_i within b + d           (26)
     Y_Gi = -h_i G J^-1 [cos gamma_i, -sin gamma_i] of a gyro, -I_j G J^-1 of a wheel              (26a)
-X^+ has weights, (1) of attitude/allocation.py; weights of 1 are the paper's. A_1 = [0, 1; -k_1, -k_2] an axis:
+X^+ has weights, (1) of mathematics/allocation.py; weights of 1 are the paper's. A_1 = [0, 1; -k_1, -k_2] an axis:
     A_1^T P + P A_1 = -diag(q_1, q_2):  P_12 = q_1/(2 k_1),  P_22 = (q_2 + 2 P_12)/(2 k_2),
     P_11 = k_2 P_12 + k_1 P_22                                                                    (23)
     V = 1/2 e^T P e + |Theta_F - true|^2/(2 alpha_F) + |Theta_c, Theta_w - true|^2/(2 alpha_G),
@@ -71,7 +71,7 @@ class Law:
 
 
 def _unit(q: Any) -> Any:
-    """Return q / |q|, and no number that is none for q = 0, so that the start's check is what refuses it."""
+    """Return q / |q|; for q = 0 it is 0 and not NaN, so that the check at the start refuses it."""
     return q / ca.fmax(length(q), 1e-9)
 
 

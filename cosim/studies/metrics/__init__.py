@@ -10,7 +10,7 @@ Numbers are what the recorded rows show: a peak between two rows is not seen. A 
 is left out. Keys carry their unit.
 """
 
-from cosim.studies.metrics.attitude import measure, units
+from cosim.studies.metrics.attitude import measure
 from cosim.studies.metrics.domain import out_of_domain
 from cosim.studies.metrics.pointing import THRESHOLD, attitude_error, reference_rate, settling_time
 from cosim.studies.metrics.rows import first, rotations, series
@@ -25,5 +25,4 @@ __all__ = [
     "rotations",
     "series",
     "settling_time",
-    "units",
 ]

@@ -1,6 +1,5 @@
 """The metrics of an attitude run, all in one table of names and numbers."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -53,8 +52,3 @@ def _events(run: Result) -> dict[str, Any]:
     if touched is None or free is None or not len(touched):
         return {}
     return {"test mass at its cage (s)": float(free[-1]) if touched[-1] > 0.5 else None}
-
-
-def units(metrics: Mapping[str, Any]) -> dict[str, str]:
-    """Return the unit of each metric, from its key."""
-    return {key: key[key.index(" (") + 2 : -1] for key in metrics}

@@ -8,7 +8,7 @@
 The integral is Simpson's rule over the recorded rows. A torque that the master holds over each step H from its value
 at the start (at_point) or the end (after_step) gives the integral of its rows less, or more, H/2 times its change, by
 Euler and Maclaurin; with that the drift of an ideal torque is of second order in the step. A drift is what the exchange
-between units has lost; a thruster's and a drag-free satellite's momentum has no drift here, for its torques act about
+between FMUs has lost; a thruster's and a drag-free satellite's momentum has no drift here, for its torques act about
 another point.
 """
 

@@ -1,3 +1,5 @@
+import re
+
 import numpy as np
 import pyarrow as pa
 import pytest
@@ -212,5 +214,5 @@ def test_a_system_without_attitude_has_no_metrics():
 
 def test_every_key_names_its_unit():
     found = metrics.measure(pointing(0.01 * np.ones_like(T)))
-    assert metrics.units(found)["APE 95 % (deg)"] == "deg"
-    assert all(metrics.units(found).values())
+    assert "APE 95 % (deg)" in found
+    assert all(re.search(r" \(.+\)$", key) for key in found)
