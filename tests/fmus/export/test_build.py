@@ -1,5 +1,6 @@
 """What is built when: only what is missing or out of date, and finding that out costs nothing."""
 
+import ast
 import shutil
 import subprocess
 import sys
@@ -200,3 +201,15 @@ def test_what_only_a_type_checker_imports_does_not_travel():
         "fmus/export/python/__init__.py",
         *(f"fmus/export/python/{name}.py" for name in ("buffered", "plain", "runtime", "vector")),
     }
+
+
+def test_what_travels_needs_numpy_and_casadi_only():
+    """On the target there may be neither lxml nor fmpy."""
+    needed: set[str] = set()
+    for file in {file for module in TRAVELLERS for file in sources_of(module).files.values()}:
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.Import):
+                needed |= {alias.name.partition(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.level == 0:
+                needed.add(node.module.partition(".")[0])
+    assert needed - sys.stdlib_module_names == {"numpy", "casadi", "components", "fmus"}
