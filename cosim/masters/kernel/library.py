@@ -1,11 +1,13 @@
 """The kernel as a loaded library: compiled once, kept on disk, checked before it is trusted."""
 
+import _ctypes
 import ctypes
 import hashlib
 import os
 import sys
 import threading
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from platform import machine
@@ -33,9 +35,8 @@ def library() -> ctypes.CDLL:
         if path not in _loaded:
             found = _load(path)
             if found is None:
-                path.unlink(missing_ok=True)
-                compile_library(SOURCES[0].parent, SOURCES[0].name, path)
-                _seal(path).write_text(_digest(path), encoding="ascii")
+                compile_library(SOURCES[0].parent, SOURCES[0].name, path)  # replaces the file, also of other processes
+                _write_seal(path)
                 found = _load(path)
             if found is None:
                 raise BuildError(f"{path} was compiled, but cannot be loaded. Is $CC a compiler for this machine?")
@@ -68,9 +69,22 @@ def _load(path: Path) -> ctypes.CDLL | None:
         return None  # a cut library may load and end the process later
     try:
         found = ctypes.CDLL(str(path))
-        return _declared(found) if _layout(found) == list(sizes_and_offsets()) else None
-    except (OSError, AttributeError):
+    except OSError:
         return None
+    with suppress(AttributeError):  # another library
+        if _layout(found) == list(sizes_and_offsets()):
+            return _declared(found)
+    _close(found)
+    return None
+
+
+def _close(found: ctypes.CDLL) -> None:
+    """Let a library go: while it is loaded, its path means it and not the file that is there now."""
+    handle = found._handle  # pyright: ignore[reportPrivateUsage]
+    if sys.platform == "win32":
+        _ctypes.FreeLibrary(handle)
+    else:
+        _ctypes.dlclose(handle)
 
 
 def _layout(found: ctypes.CDLL) -> list[int]:
@@ -99,6 +113,13 @@ def _declared(found: ctypes.CDLL) -> ctypes.CDLL:
 
 def _seal(path: Path) -> Path:
     return path.with_name(f"{path.name}.sha256")
+
+
+def _write_seal(path: Path) -> None:
+    """Write the checksum of a library beside it, whole or not at all, for other processes read it."""
+    part = _seal(path).with_name(f".{path.name}.{os.getpid()}")
+    part.write_text(_digest(path), encoding="ascii")
+    part.replace(_seal(path))
 
 
 def _digest(path: Path) -> str:
