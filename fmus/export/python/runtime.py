@@ -34,7 +34,6 @@ class Runtime(Vector):
         part = component
         self.component: Any = component
         self.name = name or part.name
-        self._stale, self._parameters_stale = True, True
         self.t0 = 0.0
         self.stop: float | None = None
         self._t, self._s, self._h = np.zeros(1), np.zeros(1), np.zeros(1)
@@ -85,19 +84,6 @@ class Runtime(Vector):
     def t(self) -> float:
         """The time that the instance has reached, s."""
         return float(self._t[0])
-
-    def get(self, references: Sequence[int]) -> list[float]:
-        """Return variables by value reference, evaluated where something was set since."""
-        if self._stale:
-            self._evaluate()
-        return self._read(references)
-
-    def set(self, references: Sequence[int], values: Sequence[float]) -> None:
-        """Set variables by value reference."""
-        parameters = self._write(references, values)
-        self._stale = True
-        if parameters:
-            self._parameters_stale = True
 
     def set_input_derivatives(self, references: Sequence[int], orders: Sequence[int], values: Sequence[float]) -> None:
         """Set time derivatives (order 1 or 2) of inputs, for the next step."""

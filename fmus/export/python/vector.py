@@ -15,7 +15,10 @@ class RuntimeFailure(Exception):
 
 
 class Vector:
-    """All variables at their start values. `stepping`: initialization mode is over."""
+    """All variables at their start values. `stepping`: initialization mode is over.
+
+    What follows from others is brought up to date when something is read: a subclass writes `_evaluate`.
+    """
 
     def __init__(self, component: Any):
         part = component
@@ -34,6 +37,7 @@ class Vector:
         before[x] = np.repeat([not s.calculated for s in part.states], [s.size for s in part.states])
         between[p] = np.repeat([q.tunable for q in part.parameters], [q.size for q in part.parameters])
         self.stepping = False
+        self._stale, self._parameters_stale = True, True
         self._settable = {False: before, True: between}
         self._places: dict[tuple[int, ...], np.ndarray] = {}  # hosts pass the same references step after step
         self._admitted: dict[bool, dict[tuple[int, ...], tuple[np.ndarray, bool]]] = {False: {}, True: {}}
@@ -41,8 +45,14 @@ class Vector:
     def _index(self, name: str) -> int | None:
         return self.names.index(name) if name in self.names else None
 
-    def _read(self, references: Sequence[int]) -> list[float]:
-        """Return variables by value reference, as they are."""
+    def _evaluate(self) -> None:
+        """Bring up to date what follows from what was set."""
+        raise NotImplementedError
+
+    def get(self, references: Sequence[int]) -> list[float]:
+        """Return variables by value reference, evaluated where something was set since."""
+        if self._stale:
+            self._evaluate()
         key = tuple(references)
         index = self._places.get(key)
         if index is None:
@@ -50,8 +60,8 @@ class Vector:
             index = self._places[key] = np.array(key, dtype=np.intp)
         return self.v[index].tolist()
 
-    def _write(self, references: Sequence[int], values: Sequence[float]) -> bool:
-        """Set variables by value reference, all or none; return whether a parameter is among them."""
+    def set(self, references: Sequence[int], values: Sequence[float]) -> None:
+        """Set variables by value reference, all or none."""
         key = tuple(references)
         index, parameters = self._admitted[self.stepping].get(key) or self._admit(key)
         if not math.isfinite(sum(values)):
@@ -59,7 +69,9 @@ class Vector:
             if bad:
                 raise RuntimeFailure(f"fmi2SetReal: variable {self.names[bad[0][0]]} = {bad[0][1]} is not finite.")
         self.v[index] = values
-        return parameters
+        self._stale = True
+        if parameters:
+            self._parameters_stale = True
 
     def _admit(self, references: tuple[int, ...]) -> tuple[np.ndarray, bool]:
         """Return the index of references that may be set now, and whether a parameter is among them; remember both."""
