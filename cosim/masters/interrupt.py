@@ -51,17 +51,24 @@ class _Listener:
 
     @contextmanager
     def attending(self, stop: ctypes.c_int, last_words: Callable[[], None]) -> Generator[None]:
-        """Have SIGINT set `stop` within."""
+        """Have SIGINT set `stop` within; a run within a run leaves the outer one as it was."""
+        outer = self._stop, self._last_words, self._count
         self._stop, self._last_words, self._count = stop, last_words, 0
         self._heard.clear()
         before = signal.signal(signal.SIGINT, self._note)
-        self._others = signal.set_wakeup_fd(self._telling.fileno(), warn_on_full_buffer=False)
+        others = signal.set_wakeup_fd(self._telling.fileno(), warn_on_full_buffer=False)
+        nested = others == self._telling.fileno()
+        if not nested:
+            self._others = others
         try:
             yield
         finally:
-            signal.set_wakeup_fd(self._others)
+            signal.set_wakeup_fd(others)
             signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)  # None: a handler not of Python
             self._heard.set()  # whatever comes now is not for this run
+            if nested:
+                self._stop, self._last_words, self._count = outer
+                self._heard.clear()
 
     def _note(self, _number: int, _frame: FrameType | None) -> None:
         self._stop.value = 1
