@@ -50,7 +50,7 @@ const char *fmi2GetVersion(void) { return fmi2Version; }
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean b, size_t n, const fmi2String s[]) { return fmi2OK; }
 fmi2Component fmi2Instantiate(fmi2String a, fmi2Type t, fmi2String g, fmi2String r, const fmi2CallbackFunctions *f,
                               fmi2Boolean v, fmi2Boolean l) {
-  M *m = calloc(1, sizeof(M)); m->f = f; m->r[4] = 1; m->n = 3; m->on = 1; return m; }
+  M *m = calloc(1, sizeof(M)); m->f = f; m->r[4] = 1; m->n = 3; m->on = 1; strcpy(m->label, "a"); return m; }
 void fmi2FreeInstance(fmi2Component c) { free(c); }
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean a, double b, double t, fmi2Boolean d, double e) { return fmi2OK; }
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) { return fmi2OK; }
@@ -58,7 +58,8 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c) { M *m = c;
   if (m->r[4] < 0) { LOG(m, fmi2Error, "k is %g, but must not be negative (n %d, label %s)", m->r[4], m->n, m->label); return fmi2Error; }
   return fmi2OK; }
 fmi2Status fmi2Terminate(fmi2Component c) { return fmi2OK; }
-fmi2Status fmi2Reset(fmi2Component c) { return fmi2OK; }
+fmi2Status fmi2Reset(fmi2Component c) { M *m = c; const fmi2CallbackFunctions *f = m->f; memset(m, 0, sizeof(M));
+  m->f = f; m->r[4] = 1; m->n = 3; m->on = 1; strcpy(m->label, "a"); return fmi2OK; }
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference v[], size_t n, double x[]) { M *m = c;
   m->r[2] = m->r[0] + m->r[1]; for (size_t i = 0; i < n; i++) x[i] = m->r[v[i]]; return fmi2OK; }
 fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference v[], size_t n, int x[]) { x[0] = v[0] ? ((M *)c)->count : ((M *)c)->n; return fmi2OK; }
