@@ -23,9 +23,7 @@ class TimeError(SimulationError):
 
     def __str__(self) -> str:
         """Name, value, problem, what is allowed."""
-        advice = (
-            "Times are whole nanoseconds or fractions: 0.001, Fraction(1, 30), on the command line 1/30."
-        )
+        advice = "Times are whole nanoseconds or fractions: 0.001, Fraction(1, 30), on the command line 1/30."
         return f"{self.name} is {self.value}: {self.problem}. {advice}"
 
 
@@ -167,7 +165,7 @@ class ResultExists(SimulationError):
     def __str__(self) -> str:
         """Folder, and both ways out."""
         return (
-            f"{self.path} already holds a result. Write elsewhere (out=..., --out DIR), or replace it "
+            f"{near(self.path)} already holds a result. Write elsewhere (out=..., --out DIR), or replace it "
             "(overwrite=True, --force)."
         )
 
@@ -181,7 +179,7 @@ class ResultUnwritable(SimulationError):
 
     def __str__(self) -> str:
         """File, problem, the way out."""
-        return f"{self.path} cannot be written: {self.problem}. Choose another folder (out=..., --out DIR)."
+        return f"{near(self.path)} cannot be written: {self.problem}. Choose another folder (out=..., --out DIR)."
 
 
 @dataclass(eq=False)
@@ -193,7 +191,7 @@ class ResultUnreadable(SimulationError):
 
     def __str__(self) -> str:
         """Folder and problem."""
-        return f"{self.path}: {self.problem}"
+        return f"{near(self.path)}: {self.problem}"
 
 
 @dataclass(eq=False)
@@ -226,3 +224,9 @@ class WiringErrors(SimulationError):
 def quoted(messages: Sequence[str]) -> str:
     """Return an FMU's log lines as the tail of a message."""
     return "".join(f"\n    {line}" for line in messages)
+
+
+def near(path: Path) -> Path:
+    """Return a path as one writes it from here: relative where it is below the working folder."""
+    here = Path.cwd()
+    return path.relative_to(here) if path.is_relative_to(here) else path

@@ -4,11 +4,11 @@ import logging
 import time
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
-from cosim.errors import FmuError, ResultUnwritable, SimulationError
+from cosim.errors import FmuError, NotSupported, ResultUnwritable, SimulationError
 from cosim.masters.explicit import Explicit
 from cosim.masters.initialization.initialize import Initialization
 from cosim.masters.interrupt import interruptible
@@ -24,7 +24,7 @@ from cosim.slaves import crew as crews
 from cosim.slaves.crew import Crew, Crews
 from cosim.slaves.fmi2 import FmuSlave
 from cosim.slaves.slave import Slave
-from cosim.system.expand import wire
+from cosim.system.expand import rewire, wire
 from cosim.system.overrides import with_parameters
 from cosim.system.swap import SwapReport
 from cosim.system.system import Experiment, System
@@ -76,8 +76,16 @@ def prepare(
     """
     given = dict(slaves or {})
     paths = {name: find(r, locate) for name, r in system.components.items() if name not in given}
+    made = False
 
     def make() -> Crew:
+        nonlocal made
+        if made and given:
+            names = ", ".join(given)
+            raise NotSupported(
+                f"instances that are given ({names}) fly one flight at a time", "Prepare one more system."
+            )
+        made = True
         return {name: given[name] if name in given else FmuSlave(name, paths[name]) for name in system.components}
 
     return Prepared(system, paths, make, swaps, metrics)
@@ -94,8 +102,9 @@ def find(reference: str, locate: Locate | None = None) -> Path:
 
 @dataclass(frozen=True)
 class _Plan:
-    """What flights of one kind share."""
+    """What flights of one kind share; `wiring` has the timings that they fly."""
 
+    wiring: Wiring
     course: Course
     initialization: Initialization
     info: Mapping[str, Any]
@@ -123,7 +132,7 @@ class Prepared:
         first = self._crews.take()
         self._crews.give_back(first, flown=False)
         self._descriptions = {name: slave.description for name, slave in first.items()}
-        self._wirings = {"": wire(system, self._descriptions)}
+        self._wiring = wire(system, self._descriptions)
         self._plans: dict[Any, _Plan] = {}
 
     def __enter__(self) -> "Prepared":
@@ -191,27 +200,26 @@ class Prepared:
         finally:
             self._crews.give_back(crew)
 
-    def _wiring(self, parameters: Mapping[str, Any] | None) -> Wiring:
-        if not parameters:
-            return self._wirings[""]
-        return wire(with_parameters(self.system, parameters), self._descriptions)
-
     def _plan(self, experiment: Experiment, parameters: Mapping[str, Any] | None, record: tuple[str, ...]) -> _Plan:
-        """Return what the flight needs beside instances; of flights without parameters of their own it is kept."""
+        """Return what the flight needs beside instances; it is kept, but for parameters of this flight's own."""
         schedule = Schedule.of(
             experiment.start_time, experiment.stop_time, experiment.communication_step_size, experiment.every
         )
         master = cast(Master, experiment.master if experiment.master is not None else Explicit())
         key = (master, schedule, record, experiment.stop_when)
-        known = self._plans.get(key)
-        if known is not None and not parameters:
-            return known
-        timed = master.timed(self._wiring(parameters))
-        course = master.course(timed, schedule, record, experiment.stop_when)
-        info = runinfo.setup(self.system, experiment, timed, course, master, self._paths, self._swaps)
-        plan = _Plan(course, Initialization.of(timed, course.layout), info)
-        if not parameters:
-            self._plans[key] = plan
+        wiring = rewire(self._wiring, with_parameters(self.system, parameters)) if parameters else self._wiring
+        plan = self._plans.get(key)
+        if plan is None or wiring.held != self._wiring.held:  # held values are in the layout
+            timed = master.timed(wiring)
+            course = master.course(timed, schedule, record, experiment.stop_when)
+            info = runinfo.setup(self.system, experiment, timed, course, master, self._paths, self._swaps)
+            plan = _Plan(timed, course, Initialization.of(timed, course.layout), info)
+            if not parameters:
+                self._plans[key] = plan
+        elif parameters:
+            timed = replace(plan.wiring, settings=wiring.settings)
+            info = {**plan.info, "parameters": runinfo.values(timed, timed.settings)}
+            plan = replace(plan, initialization=plan.initialization.with_settings(timed), info=info)
         return plan
 
     def _result(

@@ -13,6 +13,8 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from cosim.errors import near
+
 if TYPE_CHECKING:  # a message must not wait for what flies and draws
     from cosim.results.result import Result
     from cosim.studies.papers.claims import Verdict
@@ -48,9 +50,8 @@ def write(text: str) -> None:
 
 def write_listing(title: str, entries: Mapping[str, str]) -> None:
     """Names with one line each."""
-    write(f"{title}:")
-    write_table((), [(f"  {name}", text) for name, text in entries.items()])
-    write("")
+    width = max(map(len, entries), default=0)
+    write("\n".join([f"{title}:", *(f"  {name:{width}}  {text}" for name, text in entries.items()), ""]))
 
 
 @contextmanager
@@ -140,8 +141,7 @@ def note_nothing_drawn() -> None:
 def write_files(paths: Sequence[Path]) -> None:
     """Files that were written."""
     for path in paths:
-        near = path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
-        _out.print(f"wrote {near}", markup=False)
+        _out.print(f"wrote {near(path)}", markup=False)
 
 
 def _figures(value: object) -> str:

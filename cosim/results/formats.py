@@ -14,7 +14,8 @@ import pyarrow.parquet as pq
 from cosim.errors import ResultUnreadable, ResultUnwritable, UnknownName
 from cosim.results.names import FORMATS, STREAM
 from cosim.results.schema import TYPES as ARROW
-from cosim.results.schema import field, items_of, unit_of
+from cosim.results.schema import field, items_of, to_numpy, unit_of
+from fmus.description.description import Type
 from fmus.description.names import group
 
 ROW_GROUP = 65536
@@ -122,9 +123,9 @@ def _write_mat(stream: Path, target: Path) -> None:
     from scipy.io import savemat  # takes long to import
 
     table = _read_stream(stream)
-    content: dict[str, Any] = {"time": table["time"].to_numpy()[:, None]}
+    content: dict[str, Any] = {"time": to_numpy(table["time"])[:, None]}
     for base, g in group(table.column_names[1:]).items():
-        array = np.stack([table[name].to_numpy() for name in g.elements], axis=1)
+        array = np.stack([to_numpy(table[name]) for name in g.elements], axis=1)
         instance, variable = _matlab(base)
         content.setdefault(instance, {})[variable] = array.reshape(len(array), *(g.shape or (1,)))
     content["column_names"] = np.array(table.column_names, dtype=object)
@@ -147,7 +148,7 @@ def _read_mat(path: Path, _types: Types) -> pa.Table:
         [str(cell[0]) if len(cell) else "" for cell in content[f"column_{what}"].ravel()]
         for what in ("names", "units", "types", "items")
     )
-    kinds = {str(kind): name for name, kind in ARROW.items()}
+    kinds: dict[str, Type] = {str(kind): name for name, kind in ARROW.items()}
     columns: dict[str, Any] = {"time": content["time"].ravel()}
     for base, g in group(names[1:]).items():
         instance, variable = _matlab(base)
@@ -182,7 +183,8 @@ def _read_csv(path: Path, types: Types) -> pa.Table:
 
 
 def _read_parquet(path: Path, _types: Types) -> pa.Table:
-    return pq.read_table(path)
+    with pq.ParquetFile(path) as file:  # read_table would import pandas
+        return file.read()
 
 
 def units(table: pa.Table) -> dict[str, str | None]:

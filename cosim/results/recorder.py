@@ -1,4 +1,4 @@
-"""Rows while a run goes on: to disk as an Arrow IPC stream, which whatever ends the process leaves readable, or kept."""
+"""Rows while a run goes on: to disk as an Arrow stream, which stays readable whatever ends the process, or kept."""
 
 import time
 from collections.abc import Callable

@@ -14,7 +14,7 @@ from cosim.errors import ResultUnreadable, UnknownName
 from cosim.results import formats
 from cosim.results.folder import finite
 from cosim.results.names import INFO
-from cosim.results.schema import TYPES, items_of, unit_of
+from cosim.results.schema import TYPES, items_of, to_numpy, unit_of
 from fmus.description.names import Group, canonical, group
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ class Result:
         table = formats.read(folder, types)
         units, items = {"time": "s"} | info.get("units", {}), info.get("items", {})
         fields = [f.with_metadata(_metadata(f, units.get(f.name), items.get(f.name))) for f in table.schema]
-        return cls(table.cast(pa.schema(fields)), info, folder)
+        return cls(pa.Table.from_arrays(table.columns, schema=pa.schema(fields)), info, folder)
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -69,7 +69,7 @@ class Result:
     @cached_property
     def time(self) -> NDArray[np.float64]:
         """Time in s, shape (n,)."""
-        return self.table["time"].to_numpy()
+        return to_numpy(self.table["time"])
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return an array or an element by name, of its type; raises `UnknownName` with the nearest names."""
@@ -79,7 +79,7 @@ class Result:
             found = Group((), (name,))
         if found is None:
             raise UnknownName("variable", name, "the result", self.names)
-        columns = [self.table[e].to_numpy() for e in found.elements]
+        columns = [to_numpy(self.table[e]) for e in found.elements]
         if found.shape == ():
             return columns[0]
         return np.stack(columns, axis=1).reshape(len(self), *found.shape)

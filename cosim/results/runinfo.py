@@ -50,8 +50,8 @@ def setup(
         "every": schedule.every,
         "stop_when": experiment.stop_when,
         "connections": _connections(wiring),
-        "parameters": _values(wiring, wiring.settings),
-        "held": _values(wiring, wiring.held),
+        "parameters": values(wiring, wiring.settings),
+        "held": values(wiring, wiring.held),
         "swaps": [dataclasses.asdict(report) for report in swaps],
         "units": dict(zip(columns.names, columns.units, strict=True)),
         "types": {n: kind for n, kind in zip(columns.names, columns.types, strict=True) if kind != "Real"},
@@ -72,9 +72,7 @@ def ending(
     return {"status": "finished", "reached_time": reached, "event": dict(event)}
 
 
-def event(
-    descriptions: Mapping[str, ModelDescription], flag: str, reached: float | None
-) -> dict[str, Any] | None:
+def event(descriptions: Mapping[str, ModelDescription], flag: str, reached: float | None) -> dict[str, Any] | None:
     """Return the event that a flag stands for, if the run was to end by one: time in s, variable, meaning."""
     if not flag:
         return None
@@ -114,10 +112,11 @@ def _connections(wiring: Wiring) -> dict[str, Any]:
     return found
 
 
-def _values(wiring: Wiring, values: Mapping[Port, Scalar]) -> dict[str, Any]:
+def values(wiring: Wiring, given: Mapping[Port, Scalar]) -> dict[str, Any]:
+    """Return values of variables in their own units, with these."""
     return {
         str(port): {"value": value, "unit": wiring.descriptions[port.component].variables[port.variable].unit}
-        for port, value in values.items()
+        for port, value in given.items()
     }
 
 

@@ -2,9 +2,12 @@
 
 import json
 from collections.abc import Mapping
+from typing import Any
 from weakref import WeakKeyDictionary
 
+import numpy as np
 import pyarrow as pa
+from numpy.typing import NDArray
 
 from cosim.masters.columns import Columns
 from fmus.description.description import Type
@@ -49,3 +52,23 @@ def items_of(column: pa.Field) -> dict[str, int] | None:
     """Return the literals of an enumeration's column with their numbers, None for another column."""
     metadata = column.metadata or {}
     return json.loads(metadata[b"items"]) if b"items" in metadata else None
+
+
+def to_numpy(column: pa.ChunkedArray) -> NDArray[Any]:
+    """Return a column without nulls, of texts an array of objects. Arrow's own conversion would import pandas."""
+    if pa.types.is_string(column.type):
+        return np.array(column.to_pylist(), dtype=object)
+    return np.concatenate([_values(chunk) for chunk in column.chunks] or [np.zeros(0, _DTYPES[column.type])])
+
+
+_DTYPES = {pa.float64(): np.float64, pa.int32(): np.int32, pa.bool_(): np.bool_}
+
+
+def _values(chunk: pa.Array) -> NDArray[Any]:
+    data, first, last = chunk.buffers()[1], chunk.offset, chunk.offset + len(chunk)
+    if data is None:
+        return np.zeros(0, _DTYPES[chunk.type])
+    if pa.types.is_boolean(chunk.type):
+        bits = np.unpackbits(np.frombuffer(data, np.uint8), bitorder="little")
+        return bits[first:last].astype(np.bool_)
+    return np.frombuffer(data, _DTYPES[chunk.type])[first:last]

@@ -1,6 +1,7 @@
 """From a system and the descriptions of its FMUs to a checked `Wiring`; all mistakes are found and told together."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from cosim.errors import SimulationError, UnknownName, WiringError, WiringErrors
 from cosim.system.parameters import Parameters
@@ -31,6 +32,18 @@ def wire(system: System, descriptions: Mapping[str, ModelDescription]) -> Wiring
     if mistakes:
         raise WiringErrors(system.name, mistakes)
     return Wiring(ordered, tuple(links), settings, held, steps, system.name)
+
+
+def rewire(wiring: Wiring, system: System) -> Wiring:
+    """Return a wiring with the parameters and held values of a system that differs from its own in nothing else.
+
+    Raises `WiringErrors`.
+    """
+    parameters = Parameters(system, wiring.descriptions)
+    settings, held = parameters.settings(), parameters.held()
+    if parameters.mistakes:
+        raise WiringErrors(system.name, parameters.mistakes)
+    return replace(wiring, settings=settings, held=held)
 
 
 class _Checker:

@@ -11,8 +11,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from fmus.errors import BuildError
 from fmus.export.references import Reference
 from fmus.export.sources import content, own_files
@@ -26,7 +24,11 @@ def key_of(
 ) -> str:
     """Return the key of the FMU `name` of a reference; values: start values that are built in."""
     tool = compiler_name() if backend == "native" else ""
-    plain = {variable: np.asarray(value).tolist() for variable, value in (values or {}).items()}
+    plain: dict[str, Any] = {}
+    if values:
+        import numpy as np  # here, for listing what there is must not wait for it
+
+        plain = {variable: np.asarray(value).tolist() for variable, value in values.items()}
     sources = reference.sources()
     what = [backend, list(platforms), name, sources.module, reference.name, reference.structure, plain, tool]
     parts = [repr(what), _libraries(), _exporter()]

@@ -65,9 +65,11 @@ static int step(Memory *m, double t, double h);
 static int reset(Memory *m);
 static int set(Memory *m);
 static int get(Memory *m);
+static int set_slopes(Memory *m);
+static int get_slopes(Memory *m);
 #define MEMORY Memory *m = &((Instance *)c)->all; size_t i
-#define GET(type, array) MEMORY; outputs(m); for (i = 0; i < n; i++) value[i] = (type)m->array[v[i]]; return get(m);
-#define SET(array) MEMORY; for (i = 0; i < n; i++) m->array[v[i]] = value[i]; return set(m);
+#define GET(type, array, done) MEMORY; outputs(m); for (i = 0; i < n; i++) value[i] = (type)m->array[v[i]]; return done(m);
+#define SET(array, done) MEMORY; for (i = 0; i < n; i++) m->array[v[i]] = value[i]; return done(m);
 #define VR const fmi2ValueReference v[], size_t n
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 const char *fmi2GetVersion(void) { return fmi2Version; }
@@ -82,18 +84,18 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c) { return fmi2OK; }
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) { MEMORY; (void)i; return initialized(m); }
 fmi2Status fmi2Terminate(fmi2Component c) { return fmi2OK; }
 fmi2Status fmi2Reset(fmi2Component c) { MEMORY; (void)i; return reset(m); }
-fmi2Status fmi2GetReal(fmi2Component c, VR, double value[]) { GET(double, real) }
-fmi2Status fmi2GetInteger(fmi2Component c, VR, int value[]) { GET(int, number) }
-fmi2Status fmi2GetBoolean(fmi2Component c, VR, int value[]) { GET(int, flag) }
-fmi2Status fmi2GetString(fmi2Component c, VR, fmi2String value[]) { GET(fmi2String, text) }
+fmi2Status fmi2GetReal(fmi2Component c, VR, double value[]) { GET(double, real, get) }
+fmi2Status fmi2GetInteger(fmi2Component c, VR, int value[]) { GET(int, number, get) }
+fmi2Status fmi2GetBoolean(fmi2Component c, VR, int value[]) { GET(int, flag, get) }
+fmi2Status fmi2GetString(fmi2Component c, VR, fmi2String value[]) { GET(fmi2String, text, get) }
 fmi2Status fmi2SetReal(fmi2Component c, VR, const double value[]) {
     MEMORY; for (i = 0; i < n; i++) { m->real[v[i]] = value[i]; m->slope[v[i]] = 0; } return set(m); }
-fmi2Status fmi2SetInteger(fmi2Component c, VR, const int value[]) { SET(number) }
-fmi2Status fmi2SetBoolean(fmi2Component c, VR, const int value[]) { SET(flag) }
+fmi2Status fmi2SetInteger(fmi2Component c, VR, const int value[]) { SET(number, set) }
+fmi2Status fmi2SetBoolean(fmi2Component c, VR, const int value[]) { SET(flag, set) }
 fmi2Status fmi2SetString(fmi2Component c, VR, const fmi2String value[]) {
     MEMORY; for (i = 0; i < n; i++) snprintf(m->text[v[i]], TEXT, "%s", value[i]); return set(m); }
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, VR, const int o[], const double value[]) { SET(slope) }
-fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, VR, const int o[], double value[]) { GET(double, slopes_out) }
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, VR, const int o[], const double value[]) { SET(slope, set_slopes) }
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, VR, const int o[], double value[]) { GET(double, slopes_out, get_slopes) }
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *s) {
     MEMORY; (void)i; if (!*s) *s = malloc(sizeof *m); memcpy(*s, m, sizeof *m); return fmi2OK; }
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate s) {
@@ -130,6 +132,8 @@ def build(
     reset: str = "memset(m, 0, sizeof *m); start(m);",
     on_set: str = "",
     on_get: str = "",
+    on_set_slopes: str = "",
+    on_get_slopes: str = "",
     units: str = "",
     refresh: bool = True,
     **capabilities: object,
@@ -137,7 +141,8 @@ def build(
     """Write NAME.fmu into a folder.
 
     outputs: code before every get. step: code of fmi2DoStep, with `t` and `h`; it may return a status. initialized,
-    reset, on_set, on_get: code that may return a status too. capabilities: attributes of CoSimulation.
+    reset, on_set, on_get and those of slopes, of inputs and outputs: code that may return a status too. capabilities:
+    attributes of CoSimulation.
     """
     references = _references(variables)
     names = "\n".join(f"#define {v.name} (m->{ARRAYS[v.type]}[{references[v.name]}])" for v in variables)
@@ -155,6 +160,8 @@ def build(
                 ("reset", "", reset),
                 ("set", "", on_set),
                 ("get", "", on_get),
+                ("set_slopes", "", on_set_slopes),
+                ("get_slopes", "", on_get_slopes),
             )
         ),
     ]

@@ -124,7 +124,7 @@ class TestDisk:
     def test_that_is_full_ends_the_run_and_keeps_the_rows(self, full, adcs):
         done = adcs("run", "zhang2018-ppatc", "--stop", "10", "--out", "out")
         assert done.status == 1
-        text = "/out/result.arrows cannot be written: No space left on device. Choose another folder"
+        text = "ResultUnwritable: out/result.arrows cannot be written: No space left on device. Choose another folder"
         assert text in done.err
         result = Result.read("out")
         assert (result.info["status"], result.info["error"]) == ("failed", "ResultUnwritable")

@@ -3,8 +3,8 @@
 import pytest
 
 from cosim.errors import WiringErrors
+from cosim.system import Connection, System
 from cosim.system.expand import wire
-from cosim.system.system import Connection, System
 
 from .fakes import Vehicle
 

@@ -5,7 +5,7 @@ changes. Algebraic loops are solved (algebraic_loop.py).
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -59,6 +59,10 @@ class Initialization:
         loops = [tuple(graph.loop_path(wiring, e.outputs, initial=True)) if e.loop else () for e in evaluations]
         parts = [Part(readings(e.outputs), loop) for e, loop in zip(evaluations, loops, strict=True)]
         return cls(layout, _settings(wiring), _by_component(wiring, wiring.held), tuple(parts))
+
+    def with_settings(self, wiring: Wiring) -> "Initialization":
+        """Return the same with the settings of a wiring that differs in nothing else."""
+        return replace(self, settings=_settings(wiring))
 
     def start(self, slaves: Mapping[str, Slave], t: float) -> Point:
         """Bring fresh slaves to the first communication point, at `t` s, and return it.

@@ -85,7 +85,7 @@ class TestOptions:
             (["--every", "x"], "Invalid value for '--every'"),
             (["--extrapolation", "3"], "extrapolation of order 3. Choose 0, 1 or 2."),
             (["--master", "jacoby"], 'unknown master "jacoby" in --master. Did you mean "jacobi"?'),
-            (["--format", "xlsx"], "'xlsx' is not one of 'parquet', 'csv', 'mat'"),
+            (["--format", "xlsx"], 'unknown format "xlsx" in results. There: parquet, csv, mat'),
             (["--backend", "nativ"], "'nativ' is not one of 'native', 'python'"),
             (["--stopp", "1"], "No such option: --stopp (Possible options: --set, --step, --stop)"),
             (["--use", "controller"], "controller: it is not INSTANCE=FMU, as in controller=AdaptiveTracking"),

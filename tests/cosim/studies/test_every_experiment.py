@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from cosim.flights import simulate
+from cosim import simulate
 from cosim.studies.papers import describe, scenario
 
 

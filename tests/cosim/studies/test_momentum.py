@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cosim.flights import simulate
+from cosim import simulate
 from cosim.system import Connection, Experiment, System
 
 WHEEL = f"{Path(__file__).parents[1] / 'wheel.py'}:Wheel"

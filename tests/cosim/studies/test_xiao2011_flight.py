@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from cosim.flights import simulate
+from cosim import simulate
 from cosim.masters.explicit import Explicit
 from cosim.studies.papers import PAPERS, scenario
 from cosim.studies.papers.claims import judge

@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose
 from scipy.integrate import simpson
 from ye2016_loop import CONNECTIONS, OFF, loop
 
+from cosim import simulate
 from cosim.errors import InitializationFailed, StepFailed
-from cosim.flights import simulate
 from cosim.masters.explicit import Explicit
 from cosim.studies.papers import PAPERS, scenario
 from cosim.studies.papers.claims import judge

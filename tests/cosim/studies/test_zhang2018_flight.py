@@ -10,8 +10,8 @@ from zhang2018_loop import CONNECTIONS, loop
 
 from components.controllers.adaptive_tracking import AdaptiveTracking
 from components.controllers.prescribed_performance import PrescribedPerformance
+from cosim import simulate
 from cosim.errors import StepFailed
-from cosim.flights import simulate
 from cosim.masters.explicit import Explicit
 from cosim.studies.papers import PAPERS, scenario
 from cosim.studies.papers.claims import judge

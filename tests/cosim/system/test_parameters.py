@@ -13,6 +13,9 @@ from ..wired import HELD, only, wired, zero
 CONVERT = "parameter {}: it has {}, the value has unit {}, which cannot be converted. Units: {}"
 
 
+QUOTES = "Write it in quotes: '\"1\"'"
+
+
 class TestParameters:
     def set(self, **parameters):
         return {str(p): v for p, v in wired(parameters=parameters.pop("given", parameters)).settings.items()}
@@ -73,7 +76,7 @@ class TestParameters:
             ("plant.rho", Value("inf"), "parameter plant.rho: the value inf is not finite"),
             ("plant.count", 1.5, "parameter plant.count: it is Integer, the value 1.5 is float"),
             ("plant.on", 2, "parameter plant.on: it is Boolean, the value 2 is int. Write true, false, 1 or 0"),
-            ("plant.label", Value(1, None), "parameter plant.label: it is String, the value 1 is int. Write it in quotes: '\"1\"'"),
+            ("plant.label", Value(1), "parameter plant.label: it is String, the value 1 is int. " + QUOTES),
             ("plant.J", 1.0, "parameter plant.J: it is a matrix of 2 x 2, the value is a scalar"),
             ("plant.J", [1, 2], "parameter plant.J: it is a matrix of 2 x 2, the value is a vector of 2"),
             ("plant.J", [[1, 2], [3]], "parameter plant.J: it is a matrix of 2 x 2, the value is a ragged list"),

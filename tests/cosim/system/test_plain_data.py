@@ -52,7 +52,7 @@ class TestTime:
             exact_seconds(Fraction(1, 10**9 + 1), "step")
         with pytest.raises(TimeError, match=r"stop_time is 1.0 s: it must be later than start_time, 2.0 s"):
             Schedule.of(2.0, 1.0, 0.1, 1)
-        with pytest.raises(TimeError, match="communication_step_size is -0.1 s: it must be positive"):
+        with pytest.raises(TimeError, match=r"communication_step_size is -0.1 s: it must be positive"):
             Schedule.of(0.0, 1.0, -0.1, 1)
 
     @pytest.mark.parametrize("every", [0, -1, 1.5, True, 2**62 + 1, 10**30])
