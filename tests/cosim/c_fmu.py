@@ -68,7 +68,8 @@ static int get(Memory *m);
 static int set_slopes(Memory *m);
 static int get_slopes(Memory *m);
 #define MEMORY Memory *m = &((Instance *)c)->all; size_t i
-#define GET(type, array, done) MEMORY; outputs(m); for (i = 0; i < n; i++) value[i] = (type)m->array[v[i]]; return done(m);
+#define GET(type, array, done) \
+    MEMORY; outputs(m); for (i = 0; i < n; i++) value[i] = (type)m->array[v[i]]; return done(m);
 #define SET(array, done) MEMORY; for (i = 0; i < n; i++) m->array[v[i]] = value[i]; return done(m);
 #define VR const fmi2ValueReference v[], size_t n
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
@@ -94,8 +95,10 @@ fmi2Status fmi2SetInteger(fmi2Component c, VR, const int value[]) { SET(number, 
 fmi2Status fmi2SetBoolean(fmi2Component c, VR, const int value[]) { SET(flag, set) }
 fmi2Status fmi2SetString(fmi2Component c, VR, const fmi2String value[]) {
     MEMORY; for (i = 0; i < n; i++) snprintf(m->text[v[i]], TEXT, "%s", value[i]); return set(m); }
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, VR, const int o[], const double value[]) { SET(slope, set_slopes) }
-fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, VR, const int o[], double value[]) { GET(double, slopes_out, get_slopes) }
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, VR, const int o[], const double value[]) {
+    SET(slope, set_slopes) }
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, VR, const int o[], double value[]) {
+    GET(double, slopes_out, get_slopes) }
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *s) {
     MEMORY; (void)i; if (!*s) *s = malloc(sizeof *m); memcpy(*s, m, sizeof *m); return fmi2OK; }
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate s) {
