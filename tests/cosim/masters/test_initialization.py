@@ -12,7 +12,10 @@ from cosim.system import Connection, Experiment, System
 from cosim.system.expand import wire
 from cosim.system.graph import algebraic_loops
 
+from .. import both
+from ..c_fmu import build, real
 from ..fakes import Fake, Gain, Integrator, describe
+from ..flights import run
 
 
 def start(slaves, connections, *, held=None, parameters=None):
@@ -198,3 +201,84 @@ def test_unit_conversion_in_initialization():
 
     row = start([gain("a", "N.m"), gain("b", "mN.m")], [("b.y", "a.u")], held={"b.u": 250.0})
     assert_array_equal([row["a.u"], row["a.y"]], [0.25, 0.25])
+
+
+class TestLastInputsOfInitialization:
+    """What inputs are when initialization mode ends counts: an FMU may freeze what follows from them."""
+
+    class Freezing(Fake):
+        """y is what u was at the exit of initialization mode; `now` follows u."""
+
+        def __init__(self, name):
+            super().__init__(name, describe(inputs=["u"], outputs=["y", "now"], feedthrough={"now": ("u",)}))
+            self.frozen = math.nan
+            self.seen = []
+
+        def set_real(self, references, values):
+            super().set_real(references, values)
+            self.seen.append(self.values["u"])
+
+        def evaluate(self, v):
+            v["now"] = v["u"]
+            v["y"] = self.frozen if not math.isnan(self.frozen) else 0.0
+
+        def exit_initialization_mode(self):
+            super().exit_initialization_mode()
+            self.frozen = self.values["u"]
+
+    class Refined(Fake):
+        """An FMU that says that y follows nothing in initialization, though it follows u."""
+
+        def __init__(self, name):
+            super().__init__(name, describe(inputs=["u"], outputs=["y"], feedthrough={"y": ()}))
+
+        def evaluate(self, v):
+            v["y"] = 2.0 * v["u"] + 1.0
+
+    @pytest.mark.parametrize("declared", [("frozen", "wrong", "gain"), ("gain", "wrong", "frozen")])
+    def test_the_final_values_are_seen(self, declared):
+        """gain = 4, so that wrong = 2 * 4 + 1, whatever order its wrong description gives."""
+        slaves = {"frozen": self.Freezing("frozen"), "wrong": self.Refined("wrong"), "gain": Gain("gain", b=4.0, k=0.0)}
+        links = [("wrong.y", "frozen.u"), ("gain.y", "wrong.u")]
+        result = run([slaves[name] for name in declared], links, held={"gain.u": 0.0}, stop=0.1)
+        assert slaves["frozen"].frozen == 9.0
+        assert result["frozen.y"][0] == 9.0
+
+    def test_an_input_whose_outputs_follow_nothing_is_set_all_the_same(self):
+        """No output asks for it: nobody but the last round sets it."""
+
+        class Silent(self.Freezing):
+            def __init__(self, name):
+                super().__init__(name)
+                self.description = describe(inputs=["u"], outputs=["y"])
+
+        silent = Silent("silent")
+        run([silent, Gain("gain", b=4.0, k=0.0)], [("gain.y", "silent.u")], held={"gain.u": 0.0}, stop=0.1)
+        assert silent.frozen == 4.0
+
+    def test_the_solution_of_a_loop_is_what_counts(self):
+        """After Newton the components of the loop still have the inputs of its last trial."""
+        bent = {}
+
+        class Bent(Gain):
+            def evaluate(self, v):
+                v["y"] = math.cos(v["u"])
+
+            def directional_derivative(self, unknowns, knowns, seed):
+                return np.array([-math.sin(self.values["u"]) * seed[0]])
+
+            def exit_initialization_mode(self):
+                bent[self.name] = self.values["u"]
+                super().exit_initialization_mode()
+
+        result = run([Bent("a"), Gain("b")], [("a.y", "b.u"), ("b.y", "a.u")], stop=0.1)
+        assert_allclose(bent["a"], 0.7390851332151607, rtol=1e-13)
+        assert bent["a"] == result["a.u"][0] == result["b.y"][0]
+
+    def test_fmus(self, tmp_path):
+        variables = [real("u", "input"), real("y")]
+        code = "if (m->whole[0]) y = m->state[0];"
+        path = build(tmp_path, "Freezing", variables, outputs=code, initialized="m->state[0] = u; m->whole[0] = 1;")
+        gain = build(tmp_path, "Gain", [real("u", "input"), real("y", depends="u")], outputs="y = 3 * u;")
+        system = both.of({"f": path, "b": gain, "a": gain}, [("b.y", "f.u"), ("a.y", "b.u")], held={"a.u": 2.0})
+        assert both.fly(system)["f.y"].tolist() == [18.0] * 11
