@@ -69,8 +69,12 @@ def same(a: Point, b: Point) -> bool:
     return a.index == b.index and all(getattr(a, n).tobytes() == getattr(b, n).tobytes() for n in arrays)
 
 
-def resumed(voyage, middle):
-    """The rows of a straight flight, and of one that was saved, sent and taken up by others in the middle."""
+def resumed(voyage, middle, other=None):
+    """The rows of a straight flight, and of one that was saved, sent and taken up by others in the middle.
+
+    `other`: what takes it up, the same voyage or one in the other loop.
+    """
+    other = other or voyage
     crew, point = voyage.started()
     last, straight = voyage.end(crew, point)
 
@@ -81,11 +85,12 @@ def resumed(voyage, middle):
         slave.free()
 
     point = Point.from_bytes(sent)
-    others, _ = voyage.started()
+    others, _ = other.started()
     point.restore(others)
-    end, after = voyage.end(others, point)
-    assert same(end, last)
-    assert end.texts.all() == last.texts.all()
+    end, after = other.end(others, point)
+    if other is voyage:
+        assert same(end, last)
+        assert end.texts.all() == last.texts.all()
     return straight, np.vstack([before, after[1:]])
 
 
@@ -113,6 +118,14 @@ class TestResumed:
         voyage = Voyage(loop_of_all_types(fmu, steps=steps), Explicit(kernel=kernel), 1.3, 0.1)
         straight, parts = resumed(voyage, middle)
         assert straight.tobytes() == parts.tobytes()
+
+    def test_the_other_loop_takes_it_up(self, fmu, kernel):
+        system = loop_of_all_types(fmu, steps={"a": 2, "b": 4, "c": 4})
+        python = {"always": "never", "never": "always"}[kernel]
+        voyage, other = (Voyage(system, Explicit(kernel=k), 1.3, 0.1) for k in (kernel, python))
+        for middle in (5, 6, 7, 8):
+            straight, parts = resumed(voyage, middle, other)
+            assert straight.tobytes() == parts.tobytes()
 
     @pytest.mark.parametrize("steps", [{}, {"actuators": 4, "plant": 2}], ids=str)
     def test_a_paper_s_system_of_native_fmus(self, kernel, steps):
