@@ -12,9 +12,8 @@ from functools import cache
 from pathlib import Path
 
 import components
-import fmus
 
-OURS = {"components": Path(components.__file__).parent, "fmus": Path(fmus.__file__).parent}
+OURS = {"components": Path(components.__file__).parent, "fmus": Path(__file__).parents[1]}
 _READ = {
     file: file.read_bytes()
     for package in OURS.values()
