@@ -176,6 +176,25 @@ def test_many_distinct_texts_over_a_run(fmu):
     assert result["b.memory"].tolist()[1:] == [f"{text} µ{n}" for n, text in enumerate(expected[:-1], 1)]
 
 
+def test_texts_that_come_again(tmp_path):
+    """500 texts round and round: each keeps its number while the table grows, in kernel and Python alike."""
+    step = 'snprintf(s, TEXT, "text %lld", m->whole[0]++ % 500);'
+    path = build(tmp_path, "Round", [string("s")], step=step)
+    result = both.fly(both.of({"a": path}, []), stop=2.0, step=0.001)
+    assert result["a.s"].tolist() == ["", *(f"text {n % 500}" for n in range(2000))]
+
+
+def test_a_true_that_is_not_one_is_one(tmp_path):
+    """C takes any number but 0 for true; an Integer that a Boolean goes into takes 1."""
+    tall = build(tmp_path, "Tall", [boolean("b")], outputs="b = m->whole[0] ? 7 : 0;", step="m->whole[0] = 1;")
+    variables = [integer("u", "input"), integer("y", depends="u")]
+    number = build(tmp_path, "Number", variables, outputs="y = u;")
+    for timing in ("at_point", "after_step"):
+        result = both.fly(both.of({"a": tall, "i": number}, [("a.b", "i.u", timing)]), stop=0.3)
+        assert result["i.y"].tolist() == result["i.u"].tolist() == [0, 1, 1, 1]
+        assert result["a.b"].tolist() == [False, True, True, True]
+
+
 class TestStopWhen:
     def test_a_boolean(self, fmu):
         """odd begins false, and is true after the first step."""
