@@ -21,6 +21,9 @@ LARGEST_DENOMINATOR = NANOSECONDS
 LARGEST_GUESS = 100_000
 """The largest denominator that is guessed from a float: a float near 1 s is one of its fractions by chance in 1e7."""
 
+ROUNDINGS = 4
+"""How many units in the last place a computed float may be off the decimal that is meant, as 0.1 + 0.2 is."""
+
 LARGEST_COUNT = 2**53
 """Whole numbers up to it are doubles, so that the quotient of two is rounded once, in Python and in the kernel."""
 
@@ -32,7 +35,7 @@ _FRACTION = re.compile(r"^\s*([-+]?\d+)\s*/\s*(\d+)(.*)$", re.DOTALL)
 
 
 def exact_seconds(seconds: Seconds, name: str) -> Fraction:
-    """Return a time in s as the fraction that is meant: decimals to the nanosecond, else a fraction like 1/30.
+    """Return a time in s as the fraction that is meant: decimals to the nanosecond, or a fraction like 1/30.
 
     Raises `TimeError` if it is not finite or no such number.
     """
@@ -47,10 +50,13 @@ def exact_seconds(seconds: Seconds, name: str) -> Fraction:
     if NANOSECONDS % exact.denominator == 0:
         return exact
     guess = Fraction(float(seconds)).limit_denominator(LARGEST_GUESS)
-    if float(guess) != seconds:
-        problem = f"it is no whole number of nanoseconds, and no fraction with a denominator up to {LARGEST_GUESS}"
-        raise TimeError(name, f"{seconds!r} s", problem)
-    return guess
+    if float(guess) == seconds:
+        return guess
+    nearest = Fraction(round(exact * NANOSECONDS), NANOSECONDS)
+    if abs(float(nearest) - seconds) <= ROUNDINGS * math.ulp(seconds):
+        return nearest
+    problem = f"it is no whole number of nanoseconds, and no fraction with a denominator up to {LARGEST_GUESS}"
+    raise TimeError(name, f"{seconds!r} s", problem)
 
 
 def parse_seconds(text: str, name: str) -> Seconds:
