@@ -139,6 +139,7 @@ def build(
     on_get_slopes: str = "",
     units: str = "",
     refresh: bool = True,
+    template: str = C,
     **capabilities: object,
 ) -> Path:
     """Write NAME.fmu into a folder.
@@ -151,7 +152,7 @@ def build(
     names = "\n".join(f"#define {v.name} (m->{ARRAYS[v.type]}[{references[v.name]}])" for v in variables)
     starts = "\n".join(_start(v) for v in variables if v.start is not None)
     pieces = [
-        C,
+        template,
         names,
         f"static void start(Memory *m) {{ {starts} }}",
         f"static void outputs(Memory *m) {{ {outputs} }}",

@@ -10,7 +10,7 @@ from cosim import flights
 from cosim.errors import UnknownName, ValueRefused, WiringErrors
 
 from .. import both
-from ..c_fmu import boolean, build, enumeration, integer, real, string
+from ..c_fmu import C, boolean, build, enumeration, integer, real, string
 from ..typed_fmu import ITEMS, NAMES, typed
 
 HELD = {"a.r_in": 1.5, "a.i_in": 7, "a.b_in": True, "a.e_in": "fast", "a.s_in": "Grüße 漢字"}
@@ -182,6 +182,21 @@ def test_texts_that_come_again(tmp_path):
     path = build(tmp_path, "Round", [string("s")], step=step)
     result = both.fly(both.of({"a": path}, []), stop=2.0, step=0.001)
     assert result["a.s"].tolist() == ["", *(f"text {n % 500}" for n in range(2000))]
+
+
+def test_no_text_at_all_is_the_empty_one(tmp_path):
+    """fmi2GetString may give NULL, of which no length can be taken."""
+    getter = "GET(fmi2String, text, get)"
+    template = C.replace(getter, "MEMORY; for (i = 0; i < n; i++) value[i] = m->whole[0] == 1 ? 0 : m->text[v[i]];"
+                         " return fmi2OK;")  # fmt: skip
+    assert template != C
+    variables = [string("s"), string("other"), string("u", "input")]
+    step = 'm->whole[0]++; strcpy(s, "a"); strcpy(other, "b");'
+    path = build(tmp_path, "Null", variables, template=template, step=step)
+    system = both.of({"x": path, "y": path}, [("x.s", "y.u")], held={"x.u": "h"})
+    result = both.fly(system, stop=0.3)
+    assert result["x.s"].tolist() == result["y.u"].tolist() == ["", "", "a", "a"]
+    assert result["x.other"].tolist() == ["", "", "b", "b"]
 
 
 def test_a_true_that_is_not_one_is_one(tmp_path):
