@@ -19,7 +19,7 @@ class Crews:
         self._make = make
         self._lock = threading.Lock()
         self._idle: list[tuple[Crew, bool]] = []
-        self._free = weakref.finalize(self, _free_all, self._idle)
+        weakref.finalize(self, _free_all, self._idle)
 
     def take(self) -> Crew:
         """Return a crew whose slaves are as new: one that waits, else a new one; raises `FmuError`."""
@@ -39,7 +39,8 @@ class Crews:
 
     def close(self) -> None:
         """Free all crews that wait."""
-        self._free()
+        with self._lock:
+            _free_all(self._idle)
 
 
 def end(crew: Crew, failed: str | None) -> None:

@@ -14,6 +14,7 @@ from cosim import flights
 from cosim.cli.library import Library
 from cosim.errors import FmuError, InitializationFailed, StepFailed, UnknownName, WiringErrors
 from cosim.masters.explicit import Explicit
+from cosim.slaves.fmi2 import FmuSlave
 from cosim.studies.papers import scenario
 from cosim.system import Connection, Experiment, System
 from fmus.description.errors import SimulationError
@@ -259,6 +260,18 @@ class TestFailures:
                 assert prepared.fly(setup)["i.y"][-1] == pytest.approx(1.4)
         life = [call[0] for call in kind.calls if call[0] in ("terminate", "free", "reset")]
         assert life == ["terminate", "reset", "terminate", "reset", "terminate", "free"]
+
+
+def test_a_flight_after_close_is_freed_too(tiny, monkeypatch):
+    """Closing frees the instances that wait; those of a flight that comes later, or still goes on, too."""
+    freed, free = [], FmuSlave.free
+    monkeypatch.setattr(FmuSlave, "free", lambda self: freed.append(self.c_interface() is not None) or free(self))
+    prepared = flights.prepare(both.of({"a": tiny}, [], held={"a.u": 1.0}))
+    for _ in range(2):
+        prepared.fly(both.experiment())
+        prepared.close()
+        assert freed == [True]
+        freed.clear()
 
 
 class TestOncePerProcess:
