@@ -18,7 +18,7 @@ def lines() -> dict[str, int]:
 
 
 def test_no_circle_between_files():
-    graph = grimp.build_graph(*PACKAGES, exclude_type_checking_imports=True)
+    graph = grimp.build_graph(*PACKAGES)
     files = {module: graph.find_modules_directly_imported_by(module) for module in graph.modules}
     try:
         TopologicalSorter(files).prepare()

@@ -1,7 +1,8 @@
 """Floor 0: what a component is. Declarations, units, CasADi functions, the internal integrator."""
 
-from .component import Component, Condition, PythonComponent
+from .component import Component, PythonComponent
 from .conditions import flag_conditions, not_negative, positive
+from .equations import Condition
 from .errors import ComponentError
 from .ports import ActuatorCluster, AttitudeController, AttitudePlant, Environment, Guidance
 from .variables import CalculatedParameter, Input, Output, Parameter, State, Variable

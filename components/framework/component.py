@@ -2,29 +2,18 @@
 
 import inspect
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import casadi as ca
 import numpy as np
 
+from .equations import Condition, Equations
 from .errors import ComponentError, hint
 from .functions import Functions
 from .units import UNITS
 from .variables import CalculatedParameter, Input, Output, Parameter, State, Variable, settled
-
-
-@dataclass(frozen=True)
-class Condition:
-    """A condition of `check`: violated unless margin > 0.
-
-    text: the message, with one {} for each of `shown` (numbers to print, in the units that the text names).
-    """
-
-    margin: Any
-    text: str
-    shown: tuple[Any, ...] = ()
 
 
 class Component:
@@ -193,7 +182,7 @@ class Component:
     @cached_property
     def functions(self) -> Functions:
         """The CasADi functions of the component."""
-        return Functions(self)
+        return Functions(cast(Equations, self))  # pyright takes a cached property for its descriptor
 
     @cached_property
     def direct_feedthrough(self) -> dict[str, tuple[str, ...]]:

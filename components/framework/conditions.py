@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 from typing import Any
 
-from .component import Component, Condition
+from .component import Component
+from .equations import Condition
 
 
 def positive(component: Component, p: Any, *names: str) -> list[Condition]:

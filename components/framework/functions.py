@@ -6,18 +6,16 @@ columns in the order of declaration, matrices row by row.
 
 from collections.abc import Iterable
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from .equations import Condition, Equations
 from .errors import ComponentError
 from .integrator import rk4
 from .variables import Variable
 from .vectors import Values, flatten, unflatten
-
-if TYPE_CHECKING:
-    from .component import Component, Condition
 
 
 class Functions:
@@ -37,7 +35,7 @@ class Functions:
     calculate_forward  (p, sp) -> sc                                the same of calculate
     """
 
-    def __init__(self, component: "Component"):
+    def __init__(self, component: Equations):
         self._component = component
         self._t = ca.SX.sym("t")
         self._x = ca.SX.sym("x", component.size(component.states))
@@ -141,7 +139,7 @@ class Functions:
         return self._function("mean_rates", "t x u p c", {"m": ca.densify(rate)})
 
     @cached_property
-    def conditions(self) -> "list[Condition]":
+    def conditions(self) -> list[Condition]:
         """What check returns, as expressions."""
         return self._component.check(*self._named)
 
