@@ -230,6 +230,7 @@ def _xml(name, variables, references, units, refresh, capabilities) -> str:
         for v in variables
         if v.causality == "output"
     )
+    listed = f"<Outputs>{unknowns}</Outputs><InitialUnknowns>{unknowns}</InitialUnknowns>"
     mark = '<VendorAnnotations><Tool name="adcs-cosim"><Slave refresh="true"/></Tool></VendorAnnotations>'
     return (
         '<?xml version="1.0" encoding="UTF-8"?>\n'
@@ -239,7 +240,7 @@ def _xml(name, variables, references, units, refresh, capabilities) -> str:
         + (f"<TypeDefinitions>{types}</TypeDefinitions>\n" if types else "")
         + (mark if refresh else "")
         + f"<ModelVariables>\n{lines}</ModelVariables>\n"
-        f"<ModelStructure><Outputs>{unknowns}</Outputs><InitialUnknowns>{unknowns}</InitialUnknowns></ModelStructure>\n"
+        f"<ModelStructure>{unknowns and listed}</ModelStructure>\n"
         "</fmiModelDescription>\n"
     )
 

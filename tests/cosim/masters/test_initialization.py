@@ -244,17 +244,17 @@ class TestLastInputsOfInitialization:
         assert slaves["frozen"].frozen == 9.0
         assert result["frozen.y"][0] == 9.0
 
-    def test_an_input_whose_outputs_follow_nothing_is_set_all_the_same(self):
-        """No output asks for it: nobody but the last round sets it."""
+    def test_an_fmu_without_outputs_is_set_all_the_same(self):
+        """No output of it is evaluated, so that nobody but the last round sets its inputs."""
 
-        class Silent(self.Freezing):
+        class Sink(self.Freezing):
             def __init__(self, name):
                 super().__init__(name)
-                self.description = describe(inputs=["u"], outputs=["y"])
+                self.description = describe(inputs=["u"])
 
-        silent = Silent("silent")
-        run([silent, Gain("gain", b=4.0, k=0.0)], [("gain.y", "silent.u")], held={"gain.u": 0.0}, stop=0.1)
-        assert silent.frozen == 4.0
+        sink = Sink("sink")
+        run([sink, Gain("gain", b=4.0, k=0.0)], [("gain.y", "sink.u")], held={"gain.u": 0.0}, stop=0.1)
+        assert sink.frozen == 4.0
 
     def test_the_solution_of_a_loop_is_what_counts(self):
         """After Newton the components of the loop still have the inputs of its last trial."""

@@ -199,6 +199,24 @@ def test_no_text_at_all_is_the_empty_one(tmp_path):
     assert result["x.other"].tolist() == ["", "", "b", "b"]
 
 
+def test_fmus_without_outputs_and_without_inputs(fmu, tmp_path):
+    """A sink takes every type and gives nothing; an FMU that only has a parameter exchanges nothing at all."""
+    kinds = {"r": real, "i": integer, "b": boolean, "s": string}
+    sink = build(tmp_path, "Sink", [make(f"{name}_in", "input") for name, make in kinds.items()])
+    idle = build(tmp_path, "Idle", [real("k", "parameter")])
+    links = [(f"a.{NAMES[name]}", f"sink.{name}_in", "after_step") for name in kinds]
+    result = both.fly(both.of({"idle": idle, "sink": sink, "a": fmu}, links, held=HELD), stop=0.5)
+    for name in kinds:
+        assert result[f"sink.{name}_in"].tolist() == result[f"a.{NAMES[name]}"].tolist()
+
+
+def test_parameters_of_every_type_can_be_recorded(fmu):
+    names = ("a.x0", "a.count0", "a.odd0", "a.mode0", "a.memory0")
+    result = both.fly(both.of({"a": fmu}, [], held=HELD), record=names)
+    assert [result[name].tolist() for name in names] == [[v] * 11 for v in (0.25, 3, True, 2, "begin")]
+    assert result.items == {"a.mode0": ITEMS}
+
+
 def test_a_true_that_is_not_one_is_one(tmp_path):
     """C takes any number but 0 for true; an Integer that a Boolean goes into takes 1."""
     tall = build(tmp_path, "Tall", [boolean("b")], outputs="b = m->whole[0] ? 7 : 0;", step="m->whole[0] = 1;")
