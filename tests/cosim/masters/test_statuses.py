@@ -18,8 +18,8 @@ def name_of(status: int) -> str:
 
 @pytest.fixture(scope="module")
 def odd(tmp_path_factory):
-    """Returns `status` after two steps, or `early`, from fmi2DoStep, a setter, a getter (`where` 0, 1, 2); 3: at the end
-    of initialization mode."""
+    """Returns `status` after two steps, or `early`, from fmi2DoStep, a setter, a getter (`where` 0, 1, 2); 3: at the
+    end of initialization mode."""
     variables = [
         real("u", "input"),
         integer("n_in", "input"),
