@@ -180,7 +180,7 @@ def run(
         usual = metrics.THRESHOLD if owner is None else owner.settled
         threshold = usual if settled is None else overrides.parse_degrees(settled, "--settled")
         locate = Library(backend, console.note)
-        system, swaps = overrides.with_units(system, use or [], locate)
+        system, swaps = overrides.with_swaps(system, use or [], locate)
         for swap in swaps:
             console.write_swap(swap)
         for file in params or []:

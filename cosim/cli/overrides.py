@@ -57,7 +57,7 @@ def parse_degrees(text: str, name: str) -> float:
     return factor * angle.value
 
 
-def with_units(system: System, uses: Sequence[str], locate: Callable[[str], Path]) -> tuple[System, list[SwapReport]]:
+def with_swaps(system: System, uses: Sequence[str], locate: Callable[[str], Path]) -> tuple[System, list[SwapReport]]:
     """Return the system with the FMUs of `INSTANCE=REFERENCE` texts in place of its own, and what each swap did."""
     reports: list[SwapReport] = []
     for text in uses:

@@ -30,6 +30,14 @@ class Group:
 
 
 @dataclass(frozen=True)
+class Reading:
+    """Outputs of one component, by its place in the layout, that are read together."""
+
+    component: int
+    groups: tuple[Group, ...]
+
+
+@dataclass(frozen=True)
 class Outputs:
     """What is read from a component: `groups` fill consecutive slots from `offset` on, output derivatives follow.
 
@@ -169,6 +177,15 @@ class Layout:
             columns=Columns.of(wiring, ports, slots),
             stop_slot=slots[flag(wiring, stop_when)] if stop_when else -1,
         )
+
+    def readings(self, wiring: Wiring, outputs: Sequence[Port]) -> tuple[Reading, ...]:
+        """Return some outputs as readings, one for each of their components, in the order of first appearance."""
+        places = {c.name: i for i, c in enumerate(self.components)}
+        found: list[Reading] = []
+        for name in dict.fromkeys(port.component for port in outputs):
+            mine = [port for port in outputs if port.component == name]
+            found.append(Reading(places[name], groups_of(wiring, mine, [self.slots[p] for p in mine])))
+        return tuple(found)
 
     def show_inputs(self, values: FloatArray) -> None:
         """Put into the own slot of every connected input what its source gives it, in a vector of slots."""

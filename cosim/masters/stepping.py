@@ -8,10 +8,10 @@ import numpy as np
 from cosim.arrays import FloatArray
 from cosim.errors import CallFailed, StepFailed
 from cosim.masters.calls import read_groups, refuse_values, write_inputs
-from cosim.masters.layout import Group
+from cosim.masters.layout import Group, Reading
 from cosim.masters.master import Outcome
 from cosim.masters.point import Point
-from cosim.masters.turns import AFTER_STEP, AT_POINT, CENTRED, MIDPOINT, RAMP, STEP_MEAN, Reading, Turn, Turns
+from cosim.masters.turns import AFTER_STEP, AT_POINT, CENTRED, MIDPOINT, RAMP, STEP_MEAN, Turn, Turns
 from cosim.slaves.slave import Slave
 
 
@@ -28,6 +28,7 @@ class Stepping:
     def __init__(self, turns: Turns, slaves: Mapping[str, Slave]) -> None:
         self.turns, self.layout, self.schedule = turns, turns.layout, turns.schedule
         self.slaves = [slaves[turn.component.name] for turn in turns.all]
+        self._again = [(turns.turn_of(reading), reading) for reading in turns.refresh]
 
     def advance(self, point: Point, until: int) -> Outcome:
         """Take communication steps up to `until`; see `Algorithm`."""
@@ -48,9 +49,9 @@ class Stepping:
         for turn in self.turns.all:
             if turn.end(k, self.schedule) == k + 1:
                 values[turn.component.outputs.slots] = point.newest[turn.component.outputs.slots]
-        for reading in self.turns.refresh:
-            if self.turns.all[reading.turn].end(k, self.schedule) == k + 1:
-                self._refresh(reading, values, point, k)
+        for place, reading in self._again:
+            if self.turns.all[place].end(k, self.schedule) == k + 1:
+                self._refresh(self.turns.all[place], self.slaves[place], reading, values, point, k)
         self.layout.show_inputs(values)
         return replace(point, index=k + 1, values=values)
 
@@ -128,9 +129,8 @@ class Stepping:
         fraction = (self.schedule.count(at) - begin) / (end - begin)
         return point.values[slot] + (point.newest[slot] - point.values[slot]) * fraction
 
-    def _refresh(self, reading: Reading, values: FloatArray, point: Point, k: int) -> None:
+    def _refresh(self, turn: Turn, slave: Slave, reading: Reading, values: FloatArray, point: Point, k: int) -> None:
         """Read outputs again with the inputs of the communication point, whose `values` are in the making."""
-        turn, slave = self.turns.all[reading.turn], self.slaves[reading.turn]
         t = self.schedule.time(turn.start(k))
         h = self.schedule.time(k + 1) - t
         inputs = turn.component.inputs

@@ -3,7 +3,6 @@
 The Python loop (explicit.py) and the kernel take the same turns with the same arithmetic.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,9 +11,9 @@ import numpy as np
 from cosim.arrays import BoolArray, IntArray
 from cosim.errors import WiringErrors
 from cosim.masters import rates
-from cosim.masters.layout import ComponentLayout, Group, Layout, groups_of
+from cosim.masters.layout import ComponentLayout, Layout, Reading
 from cosim.system import graph
-from cosim.system.wiring import Link, Port, Wiring
+from cosim.system.wiring import Link, Wiring
 from cosim.time import Schedule
 
 AT_POINT, AFTER_STEP, MIDPOINT, RAMP, STEP_MEAN, CENTRED = range(6)
@@ -81,14 +80,6 @@ class Turn:
 
 
 @dataclass(frozen=True)
-class Reading:
-    """Outputs of one component (the place of its turn) that are read together."""
-
-    turn: int
-    groups: tuple[Group, ...]
-
-
-@dataclass(frozen=True)
 class Turns:
     """The turns of a communication step in their order, and the outputs that are then evaluated again."""
 
@@ -96,6 +87,11 @@ class Turns:
     schedule: Schedule
     all: tuple[Turn, ...]
     refresh: tuple[Reading, ...]
+
+    def turn_of(self, reading: Reading) -> int:
+        """Return the place of the turn of a reading's component."""
+        component = self.layout.components[reading.component]
+        return next(place for place, turn in enumerate(self.all) if turn.component is component)
 
     @classmethod
     def of(cls, wiring: Wiring, layout: Layout, schedule: Schedule, extrapolation: int = 0) -> "Turns":
@@ -127,7 +123,8 @@ class Turns:
                 begun=begun[name],
             )
 
-        readings = [_reading(wiring, layout, order, e.outputs) for e in graph.refresh_order(wiring).evaluations]
+        again = graph.refresh_order(wiring).evaluations
+        readings = [reading for e in again for reading in layout.readings(wiring, e.outputs)]
         return cls(layout, schedule, tuple(turn(name) for name in order), tuple(readings))
 
 
@@ -160,8 +157,3 @@ def _input_derivatives(
         position=np.array([i for i, _, _ in derivatives], dtype=np.int64),
         slot=np.array([slot for _, _, slot in derivatives], dtype=np.int64),
     )
-
-
-def _reading(wiring: Wiring, layout: Layout, order: Sequence[str], outputs: Sequence[Port]) -> Reading:
-    component = outputs[0].component
-    return Reading(order.index(component), groups_of(wiring, outputs, [layout.slots[p] for p in outputs]))

@@ -27,11 +27,11 @@ def wire(system: System, descriptions: Mapping[str, ModelDescription]) -> Wiring
     links = checker.links()
     settings, held = parameters.settings(), parameters.held()
     checker.inputs(links, held)
-    steps = checker.steps()
+    periods = checker.periods()
     mistakes = checker.mistakes + parameters.mistakes
     if mistakes:
         raise WiringErrors(system.name, mistakes)
-    return Wiring(ordered, tuple(links), settings, held, steps, system.name)
+    return Wiring(ordered, tuple(links), settings, held, periods, system.name)
 
 
 def rewire(wiring: Wiring, system: System) -> Wiring:
@@ -168,7 +168,7 @@ class _Checker:
             advice=f'Connect it, or hold it: held={{"{component}.{name}": {value}}}.',
         )
 
-    def steps(self) -> dict[str, int]:
+    def periods(self) -> dict[str, int]:
         """Check the multiples of the communication step."""
         result = dict.fromkeys(self.descriptions, 1)
         for component, n in self.system.steps.items():

@@ -38,13 +38,13 @@ class Link:
 
 @dataclass(frozen=True)
 class Wiring:
-    """A system without mistakes. `settings` and `held` are in the variables' own units; `steps` has every component."""
+    """A system without mistakes. `settings` and `held`: in the variables' own units. `periods`: of every component."""
 
     descriptions: Mapping[str, ModelDescription]
     links: tuple[Link, ...] = ()
     settings: Mapping[Port, Scalar] = field(default_factory=dict)
     held: Mapping[Port, Scalar] = field(default_factory=dict)
-    steps: Mapping[str, int] = field(default_factory=dict)
+    periods: Mapping[str, int] = field(default_factory=dict)
     system: str = ""
 
     @property
@@ -58,7 +58,7 @@ class Wiring:
 
     def period(self, component: str) -> int:
         """Return how many communication steps a component takes in one of its own."""
-        return self.steps.get(component, 1)
+        return self.periods.get(component, 1)
 
     def into(self, component: str) -> list[Link]:
         """Return the links that end at a component."""

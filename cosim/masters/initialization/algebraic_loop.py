@@ -10,7 +10,8 @@ import numpy as np
 
 from cosim.arrays import FloatArray
 from cosim.errors import AlgebraicLoop, CallFailed
-from cosim.masters.initialization.values import Reading, Values
+from cosim.masters.initialization.values import Values
+from cosim.masters.layout import Reading
 from cosim.masters.types import Kind
 
 TOLERANCE = 1e-10

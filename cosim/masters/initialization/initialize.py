@@ -13,8 +13,8 @@ from cosim.arrays import FloatArray
 from cosim.errors import AlgebraicLoop, CallFailed, InitializationFailed
 from cosim.masters.calls import Assignment, assign, assignments, read_groups
 from cosim.masters.initialization.algebraic_loop import Loop, same_bits
-from cosim.masters.initialization.values import Reading, Values
-from cosim.masters.layout import ComponentLayout, Layout, groups_of
+from cosim.masters.initialization.values import Values
+from cosim.masters.layout import ComponentLayout, Layout, Reading
 from cosim.masters.point import Point
 from cosim.slaves.slave import Slave
 from cosim.system import graph
@@ -46,18 +46,9 @@ class Initialization:
     @classmethod
     def of(cls, wiring: Wiring, layout: Layout) -> "Initialization":
         """Order the outputs of a wiring, its timings those that are flown."""
-        places = {c.name: i for i, c in enumerate(layout.components)}
-
-        def readings(outputs: tuple[Port, ...]) -> tuple[Reading, ...]:
-            found: list[Reading] = []
-            for name in dict.fromkeys(port.component for port in outputs):
-                mine = [port for port in outputs if port.component == name]
-                found.append(Reading(places[name], groups_of(wiring, mine, [layout.slots[p] for p in mine])))
-            return tuple(found)
-
         evaluations = graph.initialization_order(wiring)
         loops = [tuple(graph.loop_path(wiring, e.outputs, initial=True)) if e.loop else () for e in evaluations]
-        parts = [Part(readings(e.outputs), loop) for e, loop in zip(evaluations, loops, strict=True)]
+        parts = [Part(layout.readings(wiring, e.outputs), loop) for e, loop in zip(evaluations, loops, strict=True)]
         return cls(layout, _settings(wiring), _by_component(wiring, wiring.held), tuple(parts))
 
     def with_settings(self, wiring: Wiring) -> "Initialization":

@@ -1,23 +1,14 @@
 """Values that travel between FMUs in initialization mode."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from cosim.arrays import FloatArray
 from cosim.masters.calls import read, refuse_values, write
-from cosim.masters.layout import Group, Layout
+from cosim.masters.layout import Layout, Reading
 from cosim.masters.point import Point
 from cosim.slaves.slave import Slave
-
-
-@dataclass(frozen=True)
-class Reading:
-    """Outputs of one component (its place in the layout) that are read together."""
-
-    component: int
-    groups: tuple[Group, ...]
 
 
 class Values:

@@ -133,7 +133,7 @@ class Packed:
         parts = zip(turns.all, instances, self._given, strict=True)
         components = self._list(ComponentStructure, [self._component(*part) for part in parts])
         readings = [
-            ReadingStructure(component=r.turn, groups=len(r.groups), group=self._groups(r.groups))
+            ReadingStructure(component=turns.turn_of(r), groups=len(r.groups), group=self._groups(r.groups))
             for r in turns.refresh
         ]
         inputs = layout.inputs
