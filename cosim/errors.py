@@ -83,6 +83,7 @@ class CallFailed(SimulationError):
     status: str
     messages: Sequence[str] = ()
     last_successful_time: float | None = None
+    terminated: bool = False
 
     def __str__(self) -> str:
         """Component, function, status, the FMU's own words."""
@@ -114,6 +115,8 @@ class StepFailed(SimulationError):
     messages: Sequence[str] = ()
     variable: str | None = None
     value: float | None = None
+    terminated: bool = False
+    """Whether the FMU asked for the end of the run (fmi2Discard with fmi2Terminated), which is no failure."""
 
     def __str__(self) -> str:
         """Component, status, time and step, the value or the FMU's own words, what may help."""
@@ -167,6 +170,20 @@ class ResultExists(SimulationError):
         return (
             f"{near(self.path)} already holds a result. Write elsewhere (out=..., --out DIR), or replace it "
             "(overwrite=True, --force)."
+        )
+
+
+@dataclass(eq=False)
+class ResultBusy(SimulationError):
+    """A folder that another run is writing into; `owner` says which."""
+
+    path: Path
+    owner: str
+
+    def __str__(self) -> str:
+        """Folder, the other run, both ways out."""
+        return (
+            f"{near(self.path)} is being written by {self.owner}. Wait for it, or write elsewhere (out=..., --out DIR)."
         )
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
-from cosim.errors import FmuError, NotSupported, ResultUnwritable, SimulationError
+from cosim.errors import FmuError, NotSupported, ResultUnwritable, SimulationError, StepFailed
 from cosim.masters.explicit import Explicit
 from cosim.masters.initialization.initialize import Initialization
 from cosim.masters.interrupt import interruptible
@@ -17,6 +17,7 @@ from cosim.masters.point import Point
 from cosim.masters.run import run
 from cosim.masters.watch import Watch
 from cosim.results import formats, runinfo
+from cosim.results.claim import claimed, release
 from cosim.results.folder import clear, refuse_existing, write_info
 from cosim.results.recorder import Recorder
 from cosim.results.result import Judge, Result
@@ -175,17 +176,22 @@ class Prepared:
             refuse_existing(folder)
         plan = self._plan(experiment, parameters, tuple(experiment.record if record is None else record))
         with self._crew() as crew:
-            point = plan.initialization.start(crew, plan.course.schedule.time(0))
-            if folder is not None:
-                clear(folder)
-            with _story(folder, plan.info):
-                flight = _Flight(plan.course, crew, point, folder, progress, plan.info)
-                flight.fly()
-                crews.end(crew, getattr(flight.failure, "component", None))
-                result, failure = self._result(plan, flight, folder, format)
-                result.info["wall_time"] = {"total": time.perf_counter() - began, "loop": flight.wall_time}
+            schedule = plan.course.schedule
+            stop = schedule.time(schedule.steps) if experiment.announce_stop_time else None
+            point = plan.initialization.start(crew, schedule.time(0), experiment.tolerance, stop)
+            with claimed(folder):
                 if folder is not None:
-                    write_info(folder, result.info)
+                    if not overwrite:
+                        refuse_existing(folder)  # of a run that ended while this one began
+                    clear(folder)
+                with _story(folder, plan.info):
+                    flight = _Flight(plan.course, crew, point, folder, progress, plan.info)
+                    flight.fly()
+                    crews.end(crew, getattr(flight.failure, "component", None))
+                    result, failure = self._result(plan, flight, folder, format)
+                    result.info["wall_time"] = {"total": time.perf_counter() - began, "loop": flight.wall_time}
+                    if folder is not None:
+                        write_info(folder, result.info)
         if failure is not None:
             if isinstance(failure, SimulationError):
                 failure.result = result
@@ -206,7 +212,7 @@ class Prepared:
             experiment.start_time, experiment.stop_time, experiment.communication_step_size, experiment.every
         )
         master = cast(Master, experiment.master if experiment.master is not None else Explicit())
-        key = (master, schedule, record, experiment.stop_when)
+        key = (master, schedule, record, replace(experiment, master=None, record=()))
         wiring = rewire(self._wiring, with_parameters(self.system, parameters)) if parameters else self._wiring
         plan = self._plans.get(key)
         if plan is None or wiring.held != self._wiring.held:  # held values are in the layout
@@ -236,6 +242,8 @@ class Prepared:
         result = Result(table, plan.info, folder, self._metrics)
         reached = float(result.time[-1]) if len(result) else None
         event = None if flight.interrupted else runinfo.event(self._descriptions, plan.info["stop_when"], reached)
+        if flight.ended_by:
+            event = {"time": reached, "variable": flight.ended_by, "meaning": "the FMU ended the run (fmi2Terminated)"}
         result.info |= runinfo.ending(plan.course.schedule, reached, failure, event)
         result.info |= {"rows": len(result), "loop": {"name": flight.flown.name, "reason": flight.flown.reason}}
         if self._metrics is not None and folder is not None:
@@ -264,6 +272,7 @@ class _Flight:
         self.recorder = Recorder(folder, course.layout.columns, point.texts, rows)
         self.flown = Flown("none", "nothing was flown")
         self.failure: Exception | None = None
+        self.ended_by = ""  # the FMU that asked for the end
         self.interrupted = False
         self.wall_time = 0.0
 
@@ -288,6 +297,11 @@ class _Flight:
                     finally:
                         going.close()
                         self.interrupted = self.interrupted or bool(watch.stop.value)
+        except StepFailed as error:
+            if error.terminated:
+                self.ended_by = error.component
+            else:
+                self.failure = error
         except Exception as error:
             self.failure = error
         self.wall_time = time.perf_counter() - began
@@ -297,6 +311,7 @@ class _Flight:
         if self.folder is not None:
             self.recorder.flush()
             write_info(self.folder, {**self.info, "status": "interrupted", "rows": self.recorder.rows})
+            release(self.folder)
 
 
 @contextmanager

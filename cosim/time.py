@@ -113,6 +113,11 @@ class Schedule:
             if abs(value) * unit > LARGEST_COUNT or unit > LARGEST_COUNT:
                 problem = f"it is beyond what can be counted in units of 1/{unit} s, {LARGEST_COUNT / unit:.3g} s"
                 raise TimeError(name, f"{float(value):g} s", problem)
+        finest = max(math.ulp(float(start)), math.ulp(float(stop)))
+        if step < finest:
+            value = f"{float(step):g} s"
+            problem = f"a double at {float(stop):.12g} s tells apart no steps below {finest:.3g} s"
+            raise TimeError("communication_step_size", value, problem)
         return cls(int(start * unit), int(stop * unit), int(step * unit), unit, int(every))
 
     @cached_property

@@ -151,6 +151,12 @@ def run(
     extrapolation: Annotated[
         int | None, typer.Option(help="Order to which at_point inputs are extrapolated: 0, 1 or 2.")
     ] = None,
+    tolerance: Annotated[
+        float | None, typer.Option(help="Relative tolerance that FMUs are told. Default: each FMU's own.")
+    ] = None,
+    announce_stop_time: Annotated[
+        bool, typer.Option("--announce-stop-time", help="Tell the FMUs the stop time, for one that needs it.")
+    ] = False,
     backend: Backend = "native",
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="Folder for the result. Default: results/SYSTEM.")
@@ -186,7 +192,9 @@ def run(
         for file in params or []:
             system = with_parameters(system, overrides.parameter_file(file))
         system = with_parameters(system, overrides.assignments(set_ or []))
-        experiment = overrides.with_experiment(experiment, step, stop, every, master, extrapolation)
+        experiment = overrides.with_experiment(
+            experiment, step, stop, every, master, extrapolation, tolerance, announce_stop_time
+        )
         folder = out if out is not None else Path("results") / system.name
         with console.progress(system.name) as progress:
             failure: SimulationError | None = None
@@ -206,7 +214,7 @@ def run(
                 if error.result is None:
                     raise
                 failure, result = error, error.result
-        changed = (set_, params, step, every, master, extrapolation)
+        changed = (set_, params, step, every, master, extrapolation, tolerance)
         _tell(name, result, plot, as_published=not any(option not in (None, []) for option in changed))
         if failure is not None:
             raise failure

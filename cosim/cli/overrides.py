@@ -82,6 +82,8 @@ def with_experiment(
     every: int | None = None,
     master: str | None = None,
     extrapolation: int | None = None,
+    tolerance: float | None = None,
+    announce_stop_time: bool = False,
 ) -> Experiment:
     """Return the experiment with what the command line says instead; step and stop as in "1ms" or "200"."""
     changes: dict[str, Any] = {}
@@ -91,6 +93,10 @@ def with_experiment(
         changes["stop_time"] = parse_seconds(stop, "--stop")
     if every is not None:
         changes["every"] = every
+    if tolerance is not None:
+        changes["tolerance"] = tolerance
+    if announce_stop_time:
+        changes["announce_stop_time"] = True
     if master is not None or extrapolation is not None:
         changes["master"] = _master(experiment.master, master, extrapolation)
     return changed(experiment, **changes)

@@ -2,10 +2,11 @@
 
 from collections.abc import Iterator
 
-from cosim.errors import WiringError
+from cosim.errors import TimeError, WiringError
 from cosim.system.graph import stepping_order
-from cosim.system.wiring import Link, Wiring
-from cosim.time import Schedule
+from cosim.system.wiring import Link, Port, Wiring
+from cosim.time import Schedule, exact_seconds
+from fmus.description.annotations import SAMPLE_TIME
 
 
 def waiting(wiring: Wiring) -> frozenset[str]:
@@ -25,7 +26,26 @@ def mistakes(wiring: Wiring, schedule: Schedule) -> list[WiringError]:
     """Return what is wrong with the rates of a wiring whose stepping order exists."""
     late = waiting(wiring)
     found = {str(m): m for link in wiring.links if (m := _mistake(wiring, link, late)) is not None}
-    return [*found.values(), *_shortened(wiring, schedule)]
+    return [*found.values(), *_shortened(wiring, schedule), *_missampled(wiring, schedule)]
+
+
+def _missampled(wiring: Wiring, schedule: Schedule) -> Iterator[WiringError]:
+    """Find sampled components of ours whose samples would not come at equal distances: at whole numbers of steps."""
+    for component, description in wiring.descriptions.items():
+        if not description.sampled or SAMPLE_TIME not in description.variables:
+            continue
+        given = wiring.settings.get(Port(component, SAMPLE_TIME), description.variables[SAMPLE_TIME].start)
+        if not isinstance(given, float) or not given > 0:
+            continue  # the FMU refuses it with its own words
+        try:
+            sample = exact_seconds(given, f"{component}.{SAMPLE_TIME}")
+        except TimeError:
+            continue  # a hair off any step: the FMU takes each sample at the step that is nearest
+        step = schedule.step_size * wiring.period(component)
+        if (sample / step).denominator != 1 and (step / sample).denominator != 1:
+            fits = ", ".join(f"{float(sample / n):.6g}" for n in (1, 2, 5, 10))
+            problem = f"{component} samples every {float(sample):g} s, but steps of {float(step):g} s do not meet that"
+            yield WiringError(problem, f"Choose a communication step of {fits} s, or a multiple of the sample time.")
 
 
 def _shortened(wiring: Wiring, schedule: Schedule) -> Iterator[WiringError]:

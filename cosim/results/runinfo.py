@@ -49,6 +49,8 @@ def setup(
         "last_step": last / schedule.denominator,
         "every": schedule.every,
         "stop_when": experiment.stop_when,
+        "tolerance": experiment.tolerance,
+        "announce_stop_time": experiment.announce_stop_time,
         "connections": _connections(wiring),
         "parameters": values(wiring, wiring.settings),
         "held": values(wiring, wiring.held),

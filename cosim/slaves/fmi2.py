@@ -16,7 +16,7 @@ from fmpy.fmi1 import FMICallException
 from cosim.arrays import FloatArray
 from cosim.errors import CallFailed, FmuError, status_name
 from cosim.slaves.shelf import SHELF
-from cosim.slaves.slave import CInterface, References
+from cosim.slaves.slave import CInterface, References, Refusal
 from fmus.description.description import ModelDescription
 
 LOG_LINES = 200
@@ -86,9 +86,9 @@ class FmuSlave:
             raise CallFailed(self.name, "fmi2Instantiate", "no instance", tuple(self.messages)) from error
         self._alive = True
 
-    def setup_experiment(self, t: float) -> None:
+    def setup_experiment(self, t: float, tolerance: float | None = None, stop: float | None = None) -> None:
         """fmi2SetupExperiment."""
-        self._call(self._fmu.setupExperiment, None, t)
+        self._call(self._fmu.setupExperiment, tolerance, t, stop)
 
     def enter_initialization_mode(self) -> None:
         """fmi2EnterInitializationMode."""
@@ -198,14 +198,21 @@ class FmuSlave:
             return None
         return CInterface(int(self._fmu.component), self._fmu.addresses)
 
-    def failed(self, status: int) -> float | None:
-        """Note a call that failed; return the last successful time where the FMU knows it."""
+    def failed(self, status: int) -> Refusal:
+        """Note a call that failed; return what the FMU says of it where it discarded the call."""
         if status == fmi2.fmi2Fatal:
             self._alive = False  # FMI: no further call, not even fmi2FreeInstance
         if status != fmi2.fmi2Discard:
-            return None
+            return Refusal()
+        return Refusal(
+            self._asked(self._fmu.getRealStatus, fmi2.fmi2LastSuccessfulTime),
+            bool(self._asked(self._fmu.getBooleanStatus, fmi2.fmi2Terminated)),
+        )
+
+    @staticmethod
+    def _asked(function: Callable[[Any], Any], kind: Any) -> Any:
         try:
-            return self._fmu.getRealStatus(fmi2.fmi2LastSuccessfulTime)
+            return function(kind)
         except FMICallException:
             return None
 
@@ -236,9 +243,10 @@ class FmuSlave:
         try:
             return function(*arguments)
         except FMICallException as error:
-            last = self.failed(error.status)
+            said = self.failed(error.status)
             status, messages = status_name(error.status), tuple(self.messages)
-            raise CallFailed(self.name, error.function, status, messages, last) from None
+            told = said.last_successful_time, said.terminated
+            raise CallFailed(self.name, error.function, status, messages, *told) from None
 
 
 def _address(function: Any) -> int:

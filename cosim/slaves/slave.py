@@ -18,6 +18,14 @@ class CInterface:
     functions: Mapping[str, int]
 
 
+@dataclass(frozen=True)
+class Refusal:
+    """What an FMU says of a call that failed: its last successful time, s, and whether the run is to end."""
+
+    last_successful_time: float | None = None
+    terminated: bool = False
+
+
 class Slave(Protocol):
     """What a master calls, in the order of FMI 2.0; every call may raise `CallFailed`.
 
@@ -43,8 +51,8 @@ class Slave(Protocol):
         """Make the instance."""
         ...
 
-    def setup_experiment(self, t: float) -> None:
-        """Announce the start time; no stop time is defined."""
+    def setup_experiment(self, t: float, tolerance: float | None = None, stop: float | None = None) -> None:
+        """Announce the start time, a relative tolerance and a stop time, both where they are given."""
         ...
 
     def enter_initialization_mode(self) -> None:
@@ -139,6 +147,6 @@ class Slave(Protocol):
         """Return the instance for a caller in C, None for a slave that is not one of C; it holds until `free`."""
         ...
 
-    def failed(self, status: int) -> float | None:
-        """Note a call that a caller in C made and that failed; return the last successful time where it is known."""
+    def failed(self, status: int) -> Refusal:
+        """Note a call that a caller in C made and that failed; return what the FMU says of it."""
         ...

@@ -70,6 +70,9 @@ class Experiment:
     The patterns of `record` choose among inputs and outputs ("*", "plant.*", "*.q_BN"); a local variable is recorded
     where a pattern names it in full. The first and the last row are always recorded.
 
+    `tolerance`: the relative tolerance that FMUs are told; None: each its own of its DefaultExperiment.
+    `announce_stop_time`: whether they are told the stop time, for an FMU that needs it; some step to it at once then.
+
     `stop_when`: a flag of a component, "plant.cage_contact": where it is there, the run ends at the first communication
     point at which the flag is above 0.5. That is a result, no failure; run.json has it as its `event`.
     """
@@ -81,6 +84,8 @@ class Experiment:
     every: int = 1
     record: Sequence[str] = ("*",)
     stop_when: str = ""
+    tolerance: float | None = None
+    announce_stop_time: bool = False
 
     def __post_init__(self) -> None:
         """Make the patterns a tuple."""

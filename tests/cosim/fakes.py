@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from cosim.errors import CallFailed
+from cosim.slaves.slave import Refusal
 from fmus.description.description import ModelDescription, ScalarVariable
 from fmus.description.units import BaseUnit, Conversion, Unit
 
@@ -114,9 +115,9 @@ class Fake:
         return None
 
     def failed(self, status):
-        return None
+        return Refusal()
 
-    def setup_experiment(self, t):
+    def setup_experiment(self, t, tolerance=None, stop=None):
         self.calls.append(("setup", t))
 
     def enter_initialization_mode(self):
@@ -200,7 +201,7 @@ class Clock(Fake):
     def __init__(self, name: str, **capabilities):
         super().__init__(name, describe(outputs=["y"], **capabilities))
 
-    def setup_experiment(self, t):
+    def setup_experiment(self, t, tolerance=None, stop=None):
         self.values["y"] = t
 
     def advance(self, t, h, v, slopes):

@@ -6,7 +6,19 @@ from cosim.results.result import Result
 from cosim.system import Connection, Experiment, System
 
 
-def run(slaves, connections, stop=1.0, step=0.1, *, master=None, held=None, steps=None, **experiment) -> Result:
+def run(
+    slaves,
+    connections,
+    stop=1.0,
+    step=0.1,
+    *,
+    master=None,
+    held=None,
+    steps=None,
+    out=None,
+    overwrite=False,
+    **experiment,
+) -> Result:
     """Simulate fakes; connections are (source, target) or (source, target, timing)."""
     system = System(
         name="test",
@@ -18,4 +30,4 @@ def run(slaves, connections, stop=1.0, step=0.1, *, master=None, held=None, step
     setup = Experiment(
         stop_time=stop, communication_step_size=step, master=master or Explicit(kernel="never"), **experiment
     )
-    return simulate(system, setup, slaves={s.name: s for s in slaves})
+    return simulate(system, setup, slaves={s.name: s for s in slaves}, out=out, overwrite=overwrite)

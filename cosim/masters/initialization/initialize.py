@@ -55,15 +55,18 @@ class Initialization:
         """Return the same with the settings of a wiring that differs in nothing else."""
         return replace(self, settings=_settings(wiring))
 
-    def start(self, slaves: Mapping[str, Slave], t: float) -> Point:
+    def start(
+        self, slaves: Mapping[str, Slave], t: float, tolerance: float | None = None, stop: float | None = None
+    ) -> Point:
         """Bring fresh slaves to the first communication point, at `t` s, and return it.
 
-        Raises `InitializationFailed` (an FMU refused, an output is not finite), `AlgebraicLoop`, `ValueRefused`.
+        `tolerance`: relative, None: each FMU's own of its DefaultExperiment. `stop`: a stop time to announce, s. Raises
+        `InitializationFailed` (an FMU refused, an output is not finite), `AlgebraicLoop`, `ValueRefused`.
         """
         point = Point.start(self.layout)
         values = Values(self.layout, slaves, point, t)
         try:
-            self._enter(slaves, t)
+            self._enter(slaves, t, tolerance, stop)
             self._settle(values)
             for place in range(len(self.layout.components)):
                 values.set_inputs(place)
@@ -76,10 +79,12 @@ class Initialization:
         point.newest[:] = point.values
         return point
 
-    def _enter(self, slaves: Mapping[str, Slave], t: float) -> None:
+    def _enter(self, slaves: Mapping[str, Slave], t: float, tolerance: float | None, stop: float | None) -> None:
         for name, slave in slaves.items():
             slave.instantiate()
-            slave.setup_experiment(t)
+            own = slave.description.default_experiment.tolerance
+            slave.setup_experiment(t, own if tolerance is None else tolerance, stop)
+            # after it: an FMU may set its own start values there
             assign(slave, self.settings.get(name, ()))
         for slave in slaves.values():
             slave.enter_initialization_mode()

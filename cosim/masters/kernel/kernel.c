@@ -202,7 +202,15 @@ static int set_inputs(Run *r, integer place, integer k, double h)
     integer i;
     int status;
     if (!n) return 0;
-    for (i = 0; i < n; i++) {
+    for (i = 0; i < n && c->in_step; i++) {
+        const double a = r->point[c->source[i]], b = r->newest[c->source[i]];
+        const integer timing = c->timing[i];
+        double value = a;
+        if (timing == AFTER_STEP || timing == STEP_MEAN) value = b;
+        else if (timing == MIDPOINT || timing == CENTRED) value = 0.5 * (a + b);
+        c->value[i] = c->factor[i] * value + c->addend[i];
+    }
+    for (i = 0; i < n && !c->in_step; i++) {
         double value;
         switch (c->timing[i]) {
         case AFTER_STEP:
@@ -339,17 +347,20 @@ EXPORT int kernel_run(Run *r, integer until, double seconds, double *rows, integ
     const double begun = now();
     double last = begun;
     double t = point_time(r, r->done), next;
-    integer i, look = 1, next_look = r->done + 1;
+    integer i, look = 1, next_look = r->done + 1, next_row;
     if (r->every < 1 || r->denominator < 1 || r->step < 1 || until > r->steps) return -1;
     for (i = 0; i < r->components; i++)
         if (r->component[i].period < 1) return -1;
+    next_row = (r->done / r->every + 1) * r->every;
+    if (next_row > r->steps) next_row = r->steps;
     while (r->done < until && *count < capacity && !*r->stop_asked) {
         if (r->stop_slot >= 0 && r->point[r->stop_slot] > FLAG) break;
         next = point_time(r, r->done + 1);
         if (step(r, r->done, t, next - t)) break;
         r->done++;
         t = next;
-        if (r->done % r->every == 0 || r->done == r->steps) {
+        if (r->done == next_row) {
+            next_row = r->every < r->steps - next_row ? next_row + r->every : r->steps;
             write_row(r, r->done, rows + *count * (1 + r->columns));
             r->last_row = r->done;
             ++*count;

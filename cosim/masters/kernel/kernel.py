@@ -87,6 +87,7 @@ class Kernel:
             given = self._packed.given(run.failed_component, run.failed_slot)
             return refusal(turn.component.inputs, run.failed_slot, given, t + h if run.failed_kind else t)
         function = CALLS[run.failed_call].format(kind=Kind(run.failed_kind).name.title())
-        last = slave.failed(run.failed_status)
-        error = CallFailed(turn.component.name, function, status_name(run.failed_status), tuple(slave.messages), last)
-        return failed_step(error, t, h)
+        said = slave.failed(run.failed_status)
+        status, messages = status_name(run.failed_status), tuple(slave.messages)
+        told = said.last_successful_time, said.terminated
+        return failed_step(CallFailed(turn.component.name, function, status, messages, *told), t, h)

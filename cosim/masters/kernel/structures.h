@@ -57,7 +57,7 @@ typedef struct {
     SetDerivatives set_derivatives;
     GetDerivatives get_derivatives;
     DoStep do_step;
-    integer period, at_end;
+    integer period, at_end, in_step; /* in_step: it and its sources step in every communication step */
     /* inputs: input = factor * value + addend, see layout.Inputs and turns.Turn */
     integer inputs, input_groups, only_real; /* only_real: one group of Reals, of which each takes every value */
     const Group *input_group;
@@ -130,7 +130,7 @@ static const integer layout[] = {
     (integer)sizeof(Component), F(Component, instance), F(Component, set_real), F(Component, get_real),
     F(Component, set_integer), F(Component, get_integer), F(Component, set_boolean), F(Component, get_boolean),
     F(Component, set_string), F(Component, get_string), F(Component, set_derivatives),
-    F(Component, get_derivatives), F(Component, do_step), F(Component, period), F(Component, at_end),
+    F(Component, get_derivatives), F(Component, do_step), F(Component, period), F(Component, at_end), F(Component, in_step),
     F(Component, inputs), F(Component, input_groups), F(Component, only_real), F(Component, input_group), F(Component, source),
     F(Component, timing), F(Component, ahead), F(Component, source_component), F(Component, factor),
     F(Component, addend), F(Component, begun), F(Component, value), F(Component, restricted),

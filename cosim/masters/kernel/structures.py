@@ -66,7 +66,7 @@ class ComponentStructure(ctypes.Structure):
 
     _fields_ = [
         *_pointers("instance", *FUNCTIONS),
-        *_integers("period", "at_end", "inputs", "input_groups", "only_real"),
+        *_integers("period", "at_end", "in_step", "inputs", "input_groups", "only_real"),
         *_pointers("input_group", "source", "timing", "ahead", "source_component", "factor", "addend"),
         *_pointers("begun", "value"),
         *_integers("restricted"),
@@ -204,6 +204,7 @@ class Packed:
             **{field: instance.functions.get(function, 0) for field, function in FUNCTIONS.items()},
             period=turn.period,
             at_end=turn.at_end,
+            in_step=turn.period == 1 and not turn.ahead.any(),
             inputs=n,
             input_groups=len(inputs.groups),
             only_real=[group.kind for group in inputs.groups] == [Kind.REAL] and not inputs.allowed,

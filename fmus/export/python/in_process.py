@@ -44,7 +44,7 @@ class InProcessSlave:
         """Start afresh."""
         self._runtime = Runtime(self._component)
 
-    def setup_experiment(self, t: float) -> None:
+    def setup_experiment(self, t: float, tolerance: float | None = None, stop: float | None = None) -> None:
         """Announce the start time."""
         self._runtime.setup(t)
 

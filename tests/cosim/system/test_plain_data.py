@@ -67,6 +67,11 @@ class TestTime:
         with pytest.raises(TimeError, match=r"it is beyond what can be counted in units of 1/\d+ s"):
             Schedule.of(0.0, stop if stop != 1.0 else Fraction(10**8 + 1, 999_999_929), step, 1)
 
+    def test_a_step_that_doubles_do_not_tell_apart_is_refused(self):
+        """From 2^23 s on two neighbouring doubles are 1.9 ns apart: two communication points would have one time."""
+        with pytest.raises(TimeError, match=r"a double at 8500000.001 s tells apart no steps below 1.86e-09 s"):
+            Schedule.of(8.5e6, 8.5e6 + 1e-3, 1e-9, 1)
+
     @pytest.mark.parametrize(
         ("text", "seconds"),
         [
