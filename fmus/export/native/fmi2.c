@@ -80,11 +80,12 @@ typedef struct { /* an FMU state as a host keeps it, in memory or as bytes; its 
     char magic[8];
     uint32_t version, size;
     char guid[64];
+    uint64_t checksum; /* of all the others, where it is bytes */
     State s;
 } Saved;
 
 static const char MAGIC[8] = {'a', 'd', 'c', 's', 'f', 'm', 'u', '2'};
-enum { SAVED_VERSION = 1 };
+enum { SAVED_VERSION = 2 };
 
 /* ---- messages --------------------------------------------------------------------------------------------------- */
 
@@ -674,6 +675,15 @@ static fmi2Status known_state(const Instance *it, const char *function, const vo
         if (known_state(it, function, state) != fmi2OK) return fmi2Error;                                              \
     } while (0)
 
+/* Return the checksum (FNV-1a) of a state whose own is zero. One byte that is another always gives another checksum. */
+static uint64_t checksum_of(const Saved *saved)
+{
+    const unsigned char *byte = (const unsigned char *)saved, *const end = byte + sizeof *saved;
+    uint64_t sum = UINT64_C(14695981039346656037);
+    for (; byte < end; byte++) sum = (sum ^ *byte) * UINT64_C(1099511628211);
+    return sum;
+}
+
 /* Copy a state into *state, which is made where there is none yet. */
 static fmi2Status keep(const Instance *it, const char *function, const State *s, fmi2FMUstate *state)
 {
@@ -727,13 +737,17 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
 {
+    Saved saved;
     ENTER("fmi2SerializeFMUstate", ANY);
     NEED_STATE("fmi2SerializeFMUstate", state);
     if (size < sizeof(Saved))
         return fail(it, "fmi2SerializeFMUstate: %lu bytes, needed are %lu.", (unsigned long)size,
                     (unsigned long)sizeof(Saved));
     NEED("fmi2SerializeFMUstate", bytes, size);
-    memcpy(bytes, state, sizeof(Saved));
+    memcpy(&saved, state, sizeof saved);
+    saved.checksum = 0;
+    saved.checksum = checksum_of(&saved);
+    memcpy(bytes, &saved, sizeof saved); /* bytes may lie anywhere */
     return fmi2OK;
 }
 
@@ -741,6 +755,7 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
 {
     static const char function[] = "fmi2DeSerializeFMUstate";
     Saved saved;
+    uint64_t checksum;
     ENTER(function, ANY);
     NEED(function, bytes, size);
     memset(&saved, 0, sizeof saved);
@@ -748,5 +763,9 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
     NEED_STATE(function, &saved);
     if (size != sizeof saved) return fail(it, "%s: %lu bytes, needed are %lu.", function, (unsigned long)size,
                                           (unsigned long)sizeof saved);
+    checksum = saved.checksum;
+    saved.checksum = 0;
+    if (checksum != checksum_of(&saved))
+        return fail(it, "%s: the bytes are damaged: their checksum is another.", function);
     return keep(it, function, &saved.s, state);
 }

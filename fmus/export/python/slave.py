@@ -4,6 +4,7 @@ The source may be edited. It is imported under a name hashed from what is on dis
 dependencies no longer are those of modelDescription.xml, the FMU refuses and says to rebuild it.
 """
 
+import hashlib
 import importlib.util
 import json
 import sys
@@ -27,6 +28,13 @@ def _loader(source):
         spec.loader.exec_module(module)
         sys.modules.setdefault(name, module)  # another thread may have been first
     return sys.modules[name]
+
+
+CHECKSUM = 64  # bytes
+
+
+def _checksum(data):
+    return hashlib.sha256(data).hexdigest().encode()
 
 
 class ComponentSlave(Fmi2Slave):
@@ -96,3 +104,17 @@ class ComponentSlave(Fmi2Slave):
 
     def _set_fmu_state(self, state):
         self.runtime.restore(state)
+
+    # Of the class, for pythonfmu calls them there: it puts what they raise into its message.
+
+    @staticmethod
+    def _fmu_state_to_bytes(state):
+        data = json.dumps(state).encode()
+        return _checksum(data) + data
+
+    @staticmethod
+    def _fmu_state_from_bytes(state):
+        checksum, data = state[:CHECKSUM], state[CHECKSUM:]
+        if checksum != _checksum(data):
+            raise ValueError("fmi2DeSerializeFMUstate: the bytes are damaged: their checksum is another.")
+        return json.loads(data)

@@ -48,6 +48,22 @@ def test_saved_state_gives_the_same_bits(open_slave, name):
     assert state.value is None
 
 
+@pytest.mark.parametrize("name", ["Sum", "Swing"])
+def test_a_flipped_bit_anywhere_is_refused(open_slave, name):
+    slave = open_slave(name).start()
+    slave.doStep(0.0, 0.15)
+    data = slave.serializeFMUstate(slave.getFMUstate())
+    for i in range(len(data)):
+        flipped = bytes([data[i] ^ (1 << i % 8)])
+        refused(slave.deSerializeFMUstate, data[:i] + flipped + data[i + 1 :])
+        assert slave.messages.pop().startswith("fmi2DeSerializeFMUstate: ")
+    flipped = bytes([data[-9] ^ 1])  # in the state itself: all that tells it is the checksum
+    refused(slave.deSerializeFMUstate, data[:-9] + flipped + data[-8:])
+    assert slave.messages == ["fmi2DeSerializeFMUstate: the bytes are damaged: their checksum is another."]
+    slave.setFMUstate(slave.deSerializeFMUstate(data))
+    slave.doStep(0.15, 0.1)
+
+
 def test_state_holds_the_mode(open_slave):
     slave = open_slave("Swing").begin()
     state = slave.getFMUstate()

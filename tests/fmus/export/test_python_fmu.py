@@ -180,6 +180,14 @@ def test_a_state_restores_with_the_same_bits_also_into_a_new_instance(tmp_path):
     assert fresh.get_real(everything).tobytes() == expected.tobytes()
 
 
+def test_damaged_bytes_of_a_state_are_refused(tmp_path):
+    slave = start(build_python(CATALOG["PrescribedPerformance"](), tmp_path / "PrescribedPerformance.fmu"))
+    data = slave.serialize_state(slave.get_state())
+    with pytest.raises(CallFailed, match="the bytes are damaged: their checksum is another") as error:
+        slave.deserialize_state(data.replace(b'{"v": [4', b'{"v": [5'))
+    assert error.value.function == "fmi2DeSerializeFMUstate"
+
+
 def test_fmpy_reports_the_failure_too(tmp_path):
     path = build_python(CATALOG["FlexibleSpacecraft"](), tmp_path / "FlexibleSpacecraft.fmu")
     with pytest.raises(FMICallException):
