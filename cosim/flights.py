@@ -175,6 +175,9 @@ class Prepared:
         if folder is not None and not overwrite:
             refuse_existing(folder)
         plan = self._plan(experiment, parameters, tuple(experiment.record if record is None else record))
+        if folder is not None:
+            schedule = plan.course.schedule
+            formats.check_room(format, plan.course.layout.columns, schedule.steps // schedule.every + 2)
         with self._crew() as crew:
             schedule = plan.course.schedule
             stop = schedule.time(schedule.steps) if experiment.announce_stop_time else None

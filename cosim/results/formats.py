@@ -1,22 +1,17 @@
 """The file formats of a result: parquet, csv, mat, and the stream that a run leaves if it is killed."""
 
 import csv
-import json
-import re
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from cosim.errors import ResultUnreadable, ResultUnwritable, UnknownName
+from cosim.masters.columns import Columns
+from cosim.results import matlab
 from cosim.results.names import FORMATS, STREAM
-from cosim.results.schema import TYPES as ARROW
-from cosim.results.schema import field, items_of, to_numpy, unit_of
-from fmus.description.description import Type
-from fmus.description.names import group
+from cosim.results.schema import schema, unit_of
 
 ROW_GROUP = 65536
 Types = Mapping[str, pa.DataType]
@@ -25,26 +20,50 @@ Types = Mapping[str, pa.DataType]
 def convert(folder: Path, kind: str) -> Path:
     """Turn folder/result.arrows into result.`kind`, batch by batch (mat: at once), and remove the stream.
 
-    Raises `ResultUnwritable` where there is no room for it: the stream stays.
+    Raises `ResultUnwritable` where there is no room for it, or what was written is not read back: the stream stays.
     """
     stream = folder / STREAM
     target = folder / f"result.{kind}"
     part = folder / f".{target.name}"
     try:
-        _WRITERS[kind](stream, part)
+        rows = _WRITERS[kind](stream, part)
+        _check_written(part, kind, _schema(stream), rows)
         part.replace(target)
     except OSError as error:
         raise ResultUnwritable(target, error.strerror or str(error)) from error
+    except (pa.ArrowException, ValueError, LookupError, MemoryError) as error:
+        raise ResultUnwritable(target, str(error) or type(error).__name__) from error
     finally:
         part.unlink(missing_ok=True)
     stream.unlink()
     return target
 
 
+def _check_written(part: Path, kind: str, columns: pa.Schema, rows: int) -> None:
+    """Raise ValueError unless names and rows are read back."""
+    if kind == "parquet":
+        with pq.ParquetFile(part) as file:
+            names, found = file.schema_arrow.names, file.metadata.num_rows
+    else:
+        table = _READERS[f"result.{kind}"](part, {f.name: f.type for f in columns})
+        names, found = table.column_names, table.num_rows
+    if names != columns.names:
+        lost = [name for name in columns.names if name not in names]
+        raise ValueError(f"columns are not read back as they were written: {', '.join(lost) or 'their order'}")
+    if found != rows:
+        raise ValueError(f"{found} of {rows} rows are read back")
+
+
 def check_format(kind: str) -> None:
     """Raise `UnknownName` for a format that cannot be written."""
     if kind not in FORMATS:
         raise UnknownName("format", kind, "results", FORMATS)
+
+
+def check_room(kind: str, columns: Columns, rows: int) -> None:
+    """Raise `NotSupported` for columns and rows that a format has no room for, before they are flown."""
+    if kind == "mat":
+        matlab.check_size(schema(columns), rows)
 
 
 def read(folder: Path, types: Types) -> pa.Table:
@@ -56,8 +75,12 @@ def read(folder: Path, types: Types) -> pa.Table:
         if (folder / name).is_file():
             try:
                 return reader(folder / name, types)
-            except (pa.ArrowException, OSError, ValueError) as error:
-                raise ResultUnreadable(folder / name, f"it cannot be read: {error}") from error
+            except ResultUnreadable:
+                raise
+            except Exception as error:  # the readers raise whatever a damaged file leads to
+                raise ResultUnreadable(
+                    folder / name, f"it cannot be read: {str(error) or type(error).__name__}"
+                ) from error
     raise ResultUnreadable(folder, f"there is no result in it (none of {', '.join(_READERS)})")
 
 
@@ -77,97 +100,63 @@ def batches(stream: Path) -> Iterator[pa.RecordBatch]:
 
 
 def _read_stream(path: Path, _types: Types | None = None) -> pa.Table:
-    with path.open("rb") as file:
+    return pa.Table.from_batches(list(batches(path)), schema=_schema(path))
+
+
+def _schema(stream: Path) -> pa.Schema:
+    with stream.open("rb") as file:
         try:
-            schema = pa.ipc.open_stream(file).schema
+            return pa.ipc.open_stream(file).schema
         except (pa.ArrowInvalid, EOFError, OSError) as error:
-            raise ResultUnreadable(path, f"it was cut before its first row ({error})") from error
-    return pa.Table.from_batches(list(batches(path)), schema=schema)
+            raise ResultUnreadable(stream, f"it was cut before its first row ({error})") from error
 
 
 def _chunks(stream: Path) -> Iterator[pa.Table]:
     """Yield tables of about `ROW_GROUP` rows, at least one."""
-    with stream.open("rb") as file:
-        schema = pa.ipc.open_stream(file).schema
+    columns = _schema(stream)
     waiting: list[pa.RecordBatch] = []
     for batch in batches(stream):
         waiting.append(batch)
         if sum(b.num_rows for b in waiting) >= ROW_GROUP:
-            yield pa.Table.from_batches(waiting, schema=schema)
+            yield pa.Table.from_batches(waiting, schema=columns)
             waiting = []
-    yield pa.Table.from_batches(waiting, schema=schema)
+    yield pa.Table.from_batches(waiting, schema=columns)
 
 
-def _write_parquet(stream: Path, target: Path) -> None:
+def _write_parquet(stream: Path, target: Path) -> int:
     chunks = _chunks(stream)
     first = next(chunks)
     with pq.ParquetWriter(target, first.schema, compression="zstd", use_dictionary=False) as writer:
         writer.write_table(first)
+        rows = first.num_rows
         for chunk in chunks:
             writer.write_table(chunk)
+            rows += chunk.num_rows
+    return rows
 
 
-def _write_csv(stream: Path, target: Path) -> None:
+def _write_csv(stream: Path, target: Path) -> int:
     import pyarrow.csv as pa_csv
 
     chunks = _chunks(stream)
     first = next(chunks)
     with pa_csv.CSVWriter(target, first.schema) as writer:
         writer.write_table(first)
+        rows = first.num_rows
         for chunk in chunks:
             writer.write_table(chunk)
+            rows += chunk.num_rows
+    return rows
 
 
-def _write_mat(stream: Path, target: Path) -> None:
-    """Write a struct per instance, arrays (rows, n) or (rows, r, c), with names, units and types to read it back."""
-    from scipy.io import savemat  # takes long to import
-
+def _write_mat(stream: Path, target: Path) -> int:
     table = _read_stream(stream)
-    content: dict[str, Any] = {"time": to_numpy(table["time"])[:, None]}
-    for base, g in group(table.column_names[1:]).items():
-        array = np.stack([to_numpy(table[name]) for name in g.elements], axis=1)
-        instance, variable = _matlab(base)
-        content.setdefault(instance, {})[variable] = array.reshape(len(array), *(g.shape or (1,)))
-    content["column_names"] = np.array(table.column_names, dtype=object)
-    content["column_units"] = np.array([unit_of(f) or "" for f in table.schema], dtype=object)
-    content["column_types"] = np.array([str(f.type) for f in table.schema], dtype=object)
-    content["column_items"] = np.array([json.dumps(items_of(f)) for f in table.schema], dtype=object)
-    savemat(target, content, long_field_names=True, do_compression=True)
-
-
-def _matlab(base: str) -> tuple[str, str]:
-    instance, _, variable = base.partition(".")
-    return re.sub(r"\W", "_", instance), re.sub(r"\W", "_", variable)
+    matlab.write(table, target)
+    return table.num_rows
 
 
 def _read_mat(path: Path, _types: Types) -> pa.Table:
-    from scipy.io import loadmat  # takes long to import
-
-    content = loadmat(path, squeeze_me=False)
-    names, units, types, items = (
-        [str(cell[0]) if len(cell) else "" for cell in content[f"column_{what}"].ravel()]
-        for what in ("names", "units", "types", "items")
-    )
-    kinds: dict[str, Type] = {str(kind): name for name, kind in ARROW.items()}
-    columns: dict[str, Any] = {"time": content["time"].ravel()}
-    for base, g in group(names[1:]).items():
-        instance, variable = _matlab(base)
-        array = content[instance][variable][0, 0]
-        flat = array.reshape(array.shape[0], -1)
-        columns |= {name: flat[:, i] for i, name in enumerate(g.elements)}
-    fields = [
-        field(name, kinds[kind], unit or None, json.loads(literals))
-        for name, unit, kind, literals in zip(names, units, types, items, strict=True)
-    ]
-    arrays = [pa.array(_cells(columns[f.name], f.type), f.type) for f in fields]
-    return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
-
-
-def _cells(column: Any, kind: pa.DataType) -> list[Any]:
-    """Return a MATLAB array as Python has it: a text is an array of texts there, the empty one of none."""
-    if kind == pa.string():
-        return [str(cell[0]) if cell.size else "" for cell in column]
-    return (column != 0 if kind == pa.bool_() else column).tolist()
+    return matlab.read(path)
 
 
 def _read_csv(path: Path, types: Types) -> pa.Table:
@@ -192,7 +181,7 @@ def units(table: pa.Table) -> dict[str, str | None]:
     return {f.name: unit_of(f) for f in table.schema}
 
 
-_WRITERS: dict[str, Callable[[Path, Path], None]] = {
+_WRITERS: dict[str, Callable[[Path, Path], int]] = {
     "parquet": _write_parquet,
     "csv": _write_csv,
     "mat": _write_mat,
