@@ -11,6 +11,7 @@ text in the run's `Texts`.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -22,11 +23,15 @@ from cosim.system.wiring import Link, Port, Wiring
 
 @dataclass(frozen=True)
 class Group:
-    """Variables of one component and one kind that are set or read in one call; slots have shape (n,)."""
+    """Variables of one component and one kind that are set or read in one call; slots have shape (n,).
+
+    `finite`: the slots of those whose values must be finite, shape (m,).
+    """
 
     kind: Kind
     references: tuple[int, ...]
     slots: IntArray
+    finite: IntArray
 
 
 @dataclass(frozen=True)
@@ -65,12 +70,10 @@ class Outputs:
         """Slots of both."""
         return slice(self.offset, self.derivatives.stop)
 
-    @property
-    def reals(self) -> slice:
-        """Slots of the Real values, which come first."""
-        first = self.groups[0] if self.groups else None
-        count = len(first.references) if first is not None and first.kind == Kind.REAL else 0
-        return slice(self.offset, self.offset + count)
+    @cached_property
+    def finite(self) -> IntArray:
+        """Slots of the values that must be finite."""
+        return np.concatenate([np.zeros(0, dtype=np.int64), *(group.finite for group in self.groups)])
 
 
 @dataclass(frozen=True)
@@ -227,6 +230,10 @@ def groups_of(wiring: Wiring, ports: Sequence[Port], slots: Sequence[int]) -> tu
             kind,
             tuple(wiring.variable(p).value_reference for p, k in zip(ports, kinds, strict=True) if k == kind),
             np.array([s for s, k in zip(slots, kinds, strict=True) if k == kind], dtype=np.int64),
+            np.array(
+                [s for p, s, k in zip(ports, slots, kinds, strict=True) if k == kind and wiring.must_be_finite(p)],
+                dtype=np.int64,
+            ),
         )
         for kind in sorted(set(kinds))
     )

@@ -164,7 +164,7 @@ def _refuse_not_finite(
     turn: Turn, slave: Slave, t: float, h: float, groups: Sequence[Group], newest: FloatArray
 ) -> None:
     for group in groups:
-        bad = np.flatnonzero(~np.isfinite(newest[group.slots]))
+        bad = np.flatnonzero(~np.isfinite(newest[group.finite]))
         if bad.size:
-            slot = int(group.slots[bad[0]])
+            slot = int(group.finite[bad[0]])
             raise not_finite(turn, slave, t, h, slot, float(newest[slot]))

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 from fmus.description.description import ModelDescription, Scalar, ScalarVariable
@@ -55,6 +56,16 @@ class Wiring:
     def variable(self, port: Port) -> ScalarVariable:
         """Return what the description of its FMU says of a variable."""
         return self.descriptions[port.component].variables[port.variable]
+
+    @cached_property
+    def _sources(self) -> frozenset[Port]:
+        return frozenset(link.source for link in self.links)
+
+    def must_be_finite(self, port: Port) -> bool:
+        """Whether a value that is not finite ends a run: where it is passed on, and in every FMU of ours."""
+        return self.variable(port).type == "Real" and (
+            self.descriptions[port.component].refresh or port in self._sources
+        )
 
     def period(self, component: str) -> int:
         """Return how many communication steps a component takes in one of its own."""

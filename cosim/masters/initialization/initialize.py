@@ -109,7 +109,7 @@ class Initialization:
         for c in self.layout.components:
             slave, outputs = slaves[c.name], c.outputs
             read_groups(slave, outputs.groups, point.values, point.texts)
-            if not np.isfinite(point.values[outputs.reals]).all():
+            if not np.isfinite(point.values[outputs.finite]).all():
                 raise _not_finite(c, point.values, slave)
             if outputs.derivative_references:
                 point.values[outputs.derivatives] = slave.get_output_derivatives(
@@ -123,7 +123,7 @@ class Initialization:
         neighbour has refused the number.
         """
         for c in self.layout.components if error.function == "fmi2SetReal" else ():
-            if not np.isfinite(values.values[c.outputs.reals]).all():
+            if not np.isfinite(values.values[c.outputs.finite]).all():
                 try:
                     slaves[c.name].exit_initialization_mode()
                 except CallFailed as reason:
@@ -151,9 +151,9 @@ def _by_component(wiring: Wiring, values: Mapping[Port, Scalar]) -> Settings:
 
 
 def _not_finite(c: ComponentLayout, values: FloatArray, slave: Slave) -> InitializationFailed:
-    mine = values[c.outputs.reals]
-    i = int(np.flatnonzero(~np.isfinite(mine))[0])
-    return InitializationFailed(c.name, f"{c.outputs.names[i]} is {mine[i]} at the start", tuple(slave.messages))
+    slot = next(slot for slot in c.outputs.finite if not np.isfinite(values[slot]))
+    name = c.outputs.names[slot - c.outputs.offset]
+    return InitializationFailed(c.name, f"{name} is {values[slot]} at the start", tuple(slave.messages))
 
 
 class Chain:

@@ -146,10 +146,9 @@ static int get_values(Run *r, integer place, const Group *group)
 
 static int refuse_not_finite(Run *r, integer place, const Group *group)
 {
-    const integer n = group->count, *slots = group->slots;
+    const integer n = group->finite, *slots = group->finite_slot;
     const double *newest = r->newest;
     integer i;
-    if (group->kind != REAL) return 0;
     for (i = 0; i < n; i++)
         if (!isfinite(newest[slots[i]])) return failed(r, place, CALL_NOT_FINITE, OK, slots[i], REAL);
     return 0;

@@ -33,6 +33,8 @@ typedef struct {
     const unsigned *references;
     const integer *slots;
     integer first; /* the first slot where they are consecutive, else -1 */
+    integer finite; /* how many must be finite */
+    const integer *finite_slot;
     double *value; /* work */
     int *number;   /* work */
     const char **text; /* work */
@@ -125,7 +127,7 @@ typedef struct {
 #define F(structure, field) (integer) offsetof(structure, field)
 static const integer layout[] = {
     (integer)sizeof(Group), F(Group, kind), F(Group, count), F(Group, references), F(Group, slots),
-    F(Group, first), F(Group, value), F(Group, number), F(Group, text),
+    F(Group, first), F(Group, finite), F(Group, finite_slot), F(Group, value), F(Group, number), F(Group, text),
     (integer)sizeof(Allowed), F(Allowed, position), F(Allowed, count), F(Allowed, values),
     (integer)sizeof(Component), F(Component, instance), F(Component, set_real), F(Component, get_real),
     F(Component, set_integer), F(Component, get_integer), F(Component, set_boolean), F(Component, get_boolean),

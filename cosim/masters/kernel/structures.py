@@ -51,8 +51,8 @@ def _pointers(*names: str) -> _Fields:
 class GroupStructure(ctypes.Structure):
     """Variables of one component and kind that are set or read in one call."""
 
-    _fields_ = [*_integers("kind", "count"), *_pointers("references", "slots"), *_integers("first")]
-    _fields_ += _pointers("value", "number", "text")
+    _fields_ = [*_integers("kind", "count"), *_pointers("references", "slots"), *_integers("first", "finite")]
+    _fields_ += _pointers("finite_slot", "value", "number", "text")
 
 
 class AllowedStructure(ctypes.Structure):
@@ -184,6 +184,8 @@ class Packed:
             references=self._array(group.references, np.uint32),
             slots=self._array(group.slots, np.int64),
             first=int(group.slots[0]) if consecutive else -1,
+            finite=len(group.finite),
+            finite_slot=self._array(group.finite, np.int64),
             value=self._array(np.zeros(n), np.float64),
             number=self._array(np.zeros(n), np.int32) if group.kind in (Kind.INTEGER, Kind.BOOLEAN) else 0,
             text=self._array(np.zeros(n), np.uintp) if group.kind == Kind.STRING else 0,
