@@ -8,15 +8,22 @@ class BuildError(Exception):
 
 
 class NoCompiler(BuildError):
-    """There is no C compiler on this machine; fields: tried (commands and modules)."""
+    """There is no C compiler that works; fields: tried (commands and modules), platform ("" is this machine's)."""
 
-    def __init__(self, tried: list[str]):
-        self.tried = tried
-        super().__init__(
-            f"no C compiler found (tried {', '.join(tried)}). Install gcc or clang, or "
-            "`pip install 'adcs-cosim[cross]'` for one that comes with pip; or build with "
-            "--backend python, which needs none."
-        )
+    def __init__(self, tried: list[str], platform: str = ""):
+        self.tried, self.platform = tried, platform
+        if platform:
+            text = (
+                f"no C compiler for {platform} found (tried {', '.join(tried)}). "
+                "`pip install 'adcs-cosim[cross]'` brings one for every platform."
+            )
+        else:
+            text = (
+                f"no C compiler found (tried {', '.join(tried)}). Install gcc or clang, or "
+                "`pip install 'adcs-cosim[cross]'` for one that comes with pip; or build with "
+                "--backend python, which needs none."
+            )
+        super().__init__(text)
 
 
 class CompileFailed(BuildError):

@@ -95,6 +95,13 @@ def made(folder: Path) -> Path:
     return folder
 
 
+def keep(part: Path, path: Path) -> None:
+    """Give a file that is whole its name, once it is on the disk: after a power cut it is whole or not there."""
+    with part.open("rb+") as file:
+        os.fsync(file.fileno())
+    os.replace(part, path)
+
+
 # ---- the cache -------------------------------------------------------------------------------------------------
 
 
@@ -103,10 +110,16 @@ def _default() -> Path:
     if sys.platform == "win32":
         base = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
     elif sys.platform == "darwin":
-        base = Path.home() / "Library" / "Caches"
+        base = _home() / "Library" / "Caches"
     else:
-        base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+        base = os.environ.get("XDG_CACHE_HOME") or _home() / ".cache"
     return Path(base).absolute() / "adcs-cosim"
+
+
+def _home() -> Path:
+    if os.environ.get("HOME") == "":  # pathlib takes that for the root folder
+        raise RuntimeError("HOME is empty")
+    return Path.home()
 
 
 def _default_or_temporary() -> Path:

@@ -53,7 +53,11 @@ def resolve_platforms(platforms: Sequence[str]) -> list[str]:
 
 def find_compiler() -> list[str]:
     """Return the command of this machine's compiler; raises NoCompiler."""
-    chosen = shlex.split(os.environ.get("CC", ""), posix=os.name == "posix")
+    text = os.environ.get("CC", "")
+    try:
+        chosen = shlex.split(text, posix=os.name == "posix")
+    except ValueError as error:
+        raise NoCompiler([f"$CC = {text}: {error}"]) from error
     if chosen:
         if shutil.which(chosen[0]) is None:
             raise NoCompiler([f"$CC = {' '.join(chosen)}"])
@@ -84,7 +88,7 @@ def compile_library(
     """Compile one C source, named relative to its folder, into the shared library `output`.
 
     platform: "host", "linux64", "win64" or "darwin64". include: folders of further headers. Raises BuildError, of which
-    NoCompiler and CompileFailed are kinds.
+    NoCompiler and CompileFailed are kinds: a compiler that compiles nothing at all is none.
     """
     if platform != HOST and platform not in SUFFIXES:
         raise BuildError(f"unknown platform {platform!r}. Platforms: {HOST}, {', '.join(SUFFIXES)}.")
@@ -101,12 +105,14 @@ def compile_library(
                 arguments.append(f"-Wl,-install_name,@rpath/{output.name}")
             if system != "win64":
                 arguments.append("-lm")
-            _run(arguments, folder)
+            failure = _failure(arguments, folder, part)
+            if failure is not None:
+                raise failure if _works(command) else _none_that_works(command, failure, platform)
             parts.append(part)
         if len(parts) > 1:
             _join(parts, Path(place) / output.name)
             parts = [Path(place) / output.name]
-        os.replace(parts[0], output)
+        places.keep(parts[0], output)
 
 
 def _commands(platform: str) -> list[list[str]]:
@@ -114,7 +120,7 @@ def _commands(platform: str) -> list[list[str]]:
     if platform == HOST or (platform == host_platform() and not _has_zig()):
         return [find_compiler()]
     if not _has_zig():
-        raise NoCompiler([f"python -m ziglang cc, for {platform}"])
+        raise NoCompiler(["python -m ziglang cc"], platform)
     return [[*_zig(), "-target", target] for target in ZIG_TARGETS[platform]]
 
 
@@ -126,16 +132,35 @@ def _zig() -> list[str]:
     return [sys.executable, "-m", "ziglang", "cc"]
 
 
-def _run(arguments: list[str], folder: Path) -> None:
+def _failure(arguments: list[str], folder: Path, output: Path) -> CompileFailed | None:
+    """Run the compiler; return how it failed, None where the output is there."""
     environment = dict(os.environ)
     if any("zig" in word for word in arguments[:3]):  # it keeps the C library that it has compiled
         kept = str(places.cache() / "zig")
         environment = {"ZIG_GLOBAL_CACHE_DIR": kept, "ZIG_LOCAL_CACHE_DIR": kept, **environment}
-    done = subprocess.run(
-        arguments, cwd=folder, env=environment, capture_output=True, text=True, errors="replace", check=False
-    )
+    try:
+        done = subprocess.run(
+            arguments, cwd=folder, env=environment, capture_output=True, text=True, errors="replace", check=False
+        )
+    except OSError as error:  # what which() found is no program
+        return CompileFailed(arguments, str(error))
     if done.returncode != 0:
-        raise CompileFailed(arguments, done.stderr or done.stdout)
+        return CompileFailed(arguments, done.stderr or done.stdout)
+    return None if output.is_file() else CompileFailed(arguments, "it ended well, but wrote no library")
+
+
+def _works(command: list[str]) -> bool:
+    """Whether a compiler makes a library of a source in which nothing can be wrong."""
+    with tempfile.TemporaryDirectory() as place:
+        source, output = Path(place) / "trial.c", Path(place) / "trial.so"
+        source.write_text("int trial(void);\nint trial(void) { return 0; }\n")
+        return _failure([*command, *FLAGS, source.name, "-o", str(output)], source.parent, output) is None
+
+
+def _none_that_works(command: list[str], failure: CompileFailed, platform: str) -> NoCompiler:
+    said = next((line.strip() for line in failure.output.splitlines() if line.strip()), "it says nothing")
+    tried = f"{shlex.join(command)}, which compiles nothing at all: {said}"
+    return NoCompiler([tried], "" if platform in (HOST, host_platform()) else platform)
 
 
 def _join(slices: list[Path], output: Path) -> None:

@@ -65,6 +65,13 @@ def test_the_cache_of_the_platform(monkeypatch, tmp_path, platform, variable, be
     assert places.cache() == tmp_path / below / "adcs-cosim"
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="XDG_CACHE_HOME is of Linux")
+def test_what_is_set_to_nothing_is_not_set(monkeypatch, tmp_path):
+    monkeypatch.setenv("ADCS_BUILD", "")
+    monkeypatch.setenv("XDG_CACHE_HOME", "")
+    assert places.cache() == tmp_path / "home" / ".cache" / "adcs-cosim"
+
+
 def test_what_is_chosen_but_cannot_be_made_is_an_error(monkeypatch, tmp_path):
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("ADCS_BUILD", str(tmp_path / "file" / "below"))
@@ -110,6 +117,19 @@ def test_a_user_without_a_home_has_a_temporary_folder_too(monkeypatch, caplog):
     monkeypatch.setattr(Path, "home", nowhere)
     places._remove(os.getpid(), places.cache())
     assert "the cache folder cannot be written (Could not determine home directory.)" in caplog.messages[0]
+
+
+@posix
+def test_an_empty_home_is_none_and_not_the_root_folder(monkeypatch, caplog):
+    monkeypatch.setenv("HOME", "")
+    places._remove(os.getpid(), places.cache())
+    assert "the cache folder cannot be written (HOME is empty)" in caplog.messages[0]
+
+
+@posix
+def test_without_the_variable_home_the_users_own_is_taken(monkeypatch):
+    monkeypatch.delenv("HOME")
+    assert places._default().parents[1] == Path.home()
 
 
 def test_the_temporary_folder_goes_with_its_process_and_the_line_goes_to_the_terminal(tmp_path):

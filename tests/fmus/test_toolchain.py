@@ -106,8 +106,49 @@ def test_no_compiler(no_compiler, folder, tmp_path):
         compile_library(folder, "answer.c", tmp_path / "answer.so")
     assert compiler_name() == "none"
     other = next(p for p in SUFFIXES if p != host_platform())
-    with pytest.raises(NoCompiler, match=f"tried python -m ziglang cc, for {other}"):
+    with pytest.raises(NoCompiler) as caught:
         compile_library(folder, "answer.c", tmp_path / "answer.so", other)
+    assert str(caught.value) == (
+        f"no C compiler for {other} found (tried python -m ziglang cc). `pip install 'adcs-cosim[cross]'` brings one "
+        "for every platform."
+    )
+
+
+@posix
+@pytest.mark.parametrize(
+    ("script", "said"),
+    [
+        ("exit 1", "it says nothing"),
+        ("echo >&2; echo 'cannot execute cc1' >&2; exit 1", "cannot execute cc1"),
+        ("exit 0", "it ended well, but wrote no library"),
+    ],
+)
+def test_a_compiler_that_compiles_nothing_is_none(folder, tmp_path, monkeypatch, script, said):
+    compiler = fake(tmp_path / "broken", script)
+    monkeypatch.setenv("CC", str(compiler))
+    with pytest.raises(NoCompiler) as caught:
+        compile_library(folder, "answer.c", tmp_path / "out" / "answer.so")
+    begin = f"no C compiler found (tried {compiler}, which compiles nothing at all: {said}). Install gcc or clang, or "
+    assert str(caught.value).startswith(begin)
+    assert list((tmp_path / "out").iterdir()) == []
+
+
+@posix
+def test_a_compiler_that_is_no_program_is_none(folder, tmp_path, monkeypatch):
+    compiler = tmp_path / "text"
+    compiler.write_bytes(b"\x7fELF, but no more")
+    compiler.chmod(0o755)
+    monkeypatch.setenv("CC", str(compiler))
+    with pytest.raises(NoCompiler, match=r"which compiles nothing at all: .*Exec format error"):
+        compile_library(folder, "answer.c", tmp_path / "answer.so")
+
+
+@posix
+def test_cc_that_cannot_be_read_is_none(monkeypatch):
+    monkeypatch.setenv("CC", "gcc 'half")
+    with pytest.raises(NoCompiler, match=r"tried \$CC = gcc 'half: No closing quotation"):
+        find_compiler()
+    assert compiler_name() == "none"
 
 
 def test_ziglang_where_there_is_no_other(no_compiler, monkeypatch):
