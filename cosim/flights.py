@@ -11,7 +11,7 @@ from typing import Any, cast
 from cosim.errors import FmuError, NotSupported, ResultUnwritable, SimulationError, StepFailed
 from cosim.masters.explicit import Explicit
 from cosim.masters.initialization.initialize import Initialization
-from cosim.masters.interrupt import interruptible
+from cosim.masters.interrupt import Asked, interruptible
 from cosim.masters.master import Course, Flown, Master
 from cosim.masters.point import Point
 from cosim.masters.run import run
@@ -162,7 +162,8 @@ class Prepared:
         `parameters`, `record`: instead of the system's and the experiment's. `out`: the result folder (None: nothing
         is left on disk). `progress(t, stop_time)`, both in s, is called some times a second.
 
-        Ctrl-C ends the run within the step that is running, with status "interrupted"; a second one ends it at once. A
+        Ctrl-C ends the run within the step that is running, with status "interrupted"; a second one ends it at once.
+        SIGTERM does as the first, and then ends the process (`SystemExit`), or is answered by the program's handler. A
         run that its `stop_when` ends is finished, and its info has the `event`. Raises `ResultExists`, `TimeError`,
         `WiringErrors`, `CyclicOrder`, `UnknownName`, `AlgebraicLoop`, `InitializationFailed` before anything is
         written, and `StepFailed`, `ValueRefused`, or `ResultUnwritable` where the disk is full, once the rows up to
@@ -174,7 +175,8 @@ class Prepared:
         folder = None if out is None else Path(out).absolute()
         if folder is not None and not overwrite:
             refuse_existing(folder)
-        plan = self._plan(experiment, parameters, tuple(experiment.record if record is None else record))
+        experiment = experiment if record is None else replace(experiment, record=record)
+        plan = self._plan(experiment, parameters, tuple(experiment.record))
         if folder is not None:
             schedule = plan.course.schedule
             formats.check_room(format, plan.course.layout.columns, schedule.steps // schedule.every + 2)
@@ -187,14 +189,16 @@ class Prepared:
                     if not overwrite:
                         refuse_existing(folder)  # of a run that ended while this one began
                     clear(folder)
-                with _story(folder, plan.info):
-                    flight = _Flight(plan.course, crew, point, folder, progress, plan.info)
+                info = {**plan.info, **runinfo.process()}
+                with _story(folder, info):
+                    flight = _Flight(plan.course, crew, point, folder, progress, info)
                     flight.fly()
                     crews.end(crew, getattr(flight.failure, "component", None))
                     result, failure = self._result(plan, flight, folder, format)
                     result.info["wall_time"] = {"total": time.perf_counter() - began, "loop": flight.wall_time}
                     if folder is not None:
                         write_info(folder, result.info)
+        flight.asked.answer()
         if failure is not None:
             if isinstance(failure, SimulationError):
                 failure.result = result
@@ -242,7 +246,7 @@ class Prepared:
             except ResultUnwritable as error:  # the stream stays, and is as good
                 failure = failure or error
         table = flight.recorder.table() if folder is None else Result.read(folder).table
-        result = Result(table, plan.info, folder, self._metrics)
+        result = Result(table, flight.info, folder, self._metrics)
         reached = float(result.time[-1]) if len(result) else None
         event = None if flight.interrupted else runinfo.event(self._descriptions, plan.info["stop_when"], reached)
         if flight.ended_by:
@@ -277,6 +281,7 @@ class _Flight:
         self.failure: Exception | None = None
         self.ended_by = ""  # the FMU that asked for the end
         self.interrupted = False
+        self.asked = Asked()
         self.wall_time = 0.0
 
     def fly(self) -> None:
@@ -288,7 +293,7 @@ class _Flight:
                 watch = Watch(self.course.layout, schedule, recorder.block)
                 algorithm, self.flown = self.course.algorithm(self.crew, watch)
                 _tell(self.flown)
-                with interruptible(watch.stop, self._last_words):
+                with interruptible(watch.stop, self._last_words) as self.asked:
                     going = run(algorithm, self.course.control(), self.point, watch)
                     try:
                         for self.point in going:

@@ -1,4 +1,4 @@
-"""Ctrl-C ends a run within the step that is running; a second one ends it at once."""
+"""Ctrl-C and SIGTERM end a run within the step that is running; a second Ctrl-C ends it at once."""
 
 import ctypes
 import os
@@ -9,6 +9,7 @@ from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
 from functools import cache
 from types import FrameType
+from typing import Any
 
 GRACE = 0.2
 """Seconds that Python has to raise KeyboardInterrupt after a second Ctrl-C, before the process is ended."""
@@ -17,19 +18,42 @@ STATUS = 128 + signal.SIGINT
 """Exit status of a process that Ctrl-C ended."""
 
 
+class Asked:
+    """Whether SIGTERM asked the process to end while a run went on."""
+
+    def __init__(self) -> None:
+        self._handler: Any = None
+        self._number = 0
+
+    def note(self, number: int, handler: Any) -> None:
+        """Keep a signal, and whose it is."""
+        self._number, self._handler = number, handler
+
+    def answer(self) -> None:
+        """Do what the signal asks for, now that the run is written: end the process, or what the program does then.
+
+        Raises `SystemExit` with the status of a process that the signal ended, so that it tidies up.
+        """
+        if callable(self._handler):
+            self._handler(self._number, None)
+        elif self._number and self._handler != signal.SIG_IGN:
+            raise SystemExit(128 + self._number)
+
+
 @contextmanager
-def interruptible(stop: ctypes.c_int, last_words: Callable[[], None]) -> Generator[None]:
+def interruptible(stop: ctypes.c_int, last_words: Callable[[], None]) -> Generator[Asked]:
     """Within, the first SIGINT sets `stop` and nothing else; outside the main thread nothing changes.
 
-    The second one raises KeyboardInterrupt; where that cannot be raised, for the thread is inside an FMU that does not
-    return, `last_words` is called and the process ends.
+    SIGTERM sets it too, and what is yielded answers it later. The second SIGINT raises KeyboardInterrupt; where that
+    cannot be raised, for the thread is inside an FMU that does not return, `last_words` is called and the process ends.
     """
+    asked = Asked()
     if threading.current_thread() is not threading.main_thread():
-        yield
+        yield asked
         return
     listener = _listener(os.getpid())  # a forked process has no threads
-    with listener.attending(stop, last_words):
-        yield
+    with listener.attending(stop, last_words, asked):
+        yield asked
 
 
 class _Listener:
@@ -50,12 +74,19 @@ class _Listener:
         threading.Thread(target=self._listen, name="cosim-interrupt", daemon=True).start()
 
     @contextmanager
-    def attending(self, stop: ctypes.c_int, last_words: Callable[[], None]) -> Generator[None]:
-        """Have SIGINT set `stop` within; a run within a run leaves the outer one as it was."""
+    def attending(self, stop: ctypes.c_int, last_words: Callable[[], None], asked: Asked) -> Generator[None]:
+        """Have SIGINT and SIGTERM set `stop` within; a run within a run leaves the outer one as it was."""
         outer = self._stop, self._last_words, self._count
         self._stop, self._last_words, self._count = stop, last_words, 0
         self._heard.clear()
         before = signal.signal(signal.SIGINT, self._note)
+        ending = signal.getsignal(signal.SIGTERM)
+
+        def note_ending(number: int, _frame: FrameType | None) -> None:
+            stop.value = 1
+            asked.note(number, ending)
+
+        signal.signal(signal.SIGTERM, note_ending)
         others = signal.set_wakeup_fd(self._telling.fileno(), warn_on_full_buffer=False)
         nested = others == self._telling.fileno()
         if not nested:
@@ -64,7 +95,8 @@ class _Listener:
             yield
         finally:
             signal.set_wakeup_fd(others)
-            signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)  # None: a handler not of Python
+            for number, handler in ((signal.SIGINT, before), (signal.SIGTERM, ending)):
+                signal.signal(number, signal.SIG_DFL if handler is None else handler)  # None: one not of Python
             self._heard.set()  # whatever comes now is not for this run
             if nested:
                 self._stop, self._last_words, self._count = outer
@@ -84,7 +116,7 @@ class _Listener:
                 with suppress(OSError):
                     os.write(self._others, told)
             self._count += told.count(signal.SIGINT)
-            if self._count:
+            if self._count or signal.SIGTERM in told:
                 self._stop.value = 1
             if self._count > 1 and not self._heard.wait(GRACE):
                 with suppress(Exception):

@@ -1,9 +1,11 @@
 """What run.json says of a run: enough to repeat it, and how it ended."""
 
 import dataclasses
+import os
 import platform
 import sys
 from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -61,6 +63,12 @@ def setup(
     }
 
 
+def process() -> dict[str, Any]:
+    """Return which process runs, where, and since when (UTC)."""
+    started = f"{datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ}"
+    return {"process": os.getpid(), "host": platform.node(), "started": started}
+
+
 def ending(
     schedule: Schedule, reached: float | None, failure: Exception | None, event: Mapping[str, Any] | None = None
 ) -> dict[str, Any]:
@@ -88,7 +96,7 @@ def broken(failure: BaseException) -> dict[str, Any]:
     if isinstance(failure, KeyboardInterrupt):
         return {"status": "interrupted"}
     fields = _fields(failure) if dataclasses.is_dataclass(failure) else {}
-    told = {k: v for k, v in fields.items() if v is not None}
+    told = {k: v for k, v in fields.items() if v is not None and v is not False}
     return {"status": "failed", "error": type(failure).__name__, "why": str(failure), "failure": told}
 
 

@@ -131,6 +131,29 @@ class TestWithinAStep:
         assert len(result) == info["rows"] == 301
         assert result["s.y"].tolist() == result.time.tolist() == list(np.arange(0.0, quick + 1, quick // 300))
 
+    def test_sigterm_ends_the_run_within_the_step_and_then_the_process(self, start, tmp_path, loop):
+        quick = steps_of(loop)
+        process, sign = start('fly(); print("not reached")', loop, quick=quick, every=quick // 300)
+        time.sleep(0.3)
+        process.send_signal(signal.SIGTERM)
+        out, err = process.communicate(timeout=30)
+        assert (process.returncode, out, err) == (128 + signal.SIGTERM, "", "")
+        assert sign.read_text() == "asleep\n"
+        assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["result.parquet", "run.json"]
+        result = Result.read(tmp_path / "out")
+        assert (result.info["status"], result.info["process"]) == ("interrupted", process.pid)
+        assert result["s.y"][-1] == result.time[-1] == quick + 1
+
+    def test_a_programs_own_handler_of_sigterm_is_called_after_the_run(self, start, tmp_path, loop):
+        code = """
+            signal.signal(signal.SIGTERM, lambda number, frame: print("mine", number))
+            print(fly().info["status"], signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL)
+        """
+        process, _ = start(code, loop, quick=10, nap=1.0, every=1)
+        process.send_signal(signal.SIGTERM)
+        out, err = process.communicate(timeout=30)
+        assert (process.returncode, out, err) == (0, f"mine {int(signal.SIGTERM)}\ninterrupted True\n", "")
+
     def test_the_rows_of_the_last_words_are_a_whole_stream(self, start, tmp_path, loop):
         """Nothing was on disk yet: the rows of the last second were in memory."""
         process, _ = start("fly()", loop, quick=10, nap=60.0, every=1)
