@@ -9,11 +9,15 @@ from typing import Any
 
 from cosim.errors import ParameterError, UnknownName
 from cosim.masters.explicit import Explicit
+from cosim.quantity import advice_on_numbers
 from cosim.system import Experiment, System, Value
 from cosim.system.swap import SwapReport, replace
 from cosim.time import parse_seconds
 from fmus.description.description import ModelDescription
 from fmus.description.read import read_description
+
+DEEPEST = 32
+TOO_DEEP = "it is nested too deep for an array of numbers"
 
 
 def parameter_file(path: Path) -> dict[str, Any]:
@@ -24,15 +28,27 @@ def parameter_file(path: Path) -> dict[str, Any]:
         raise ParameterError(f"file {path}", "there is no such file") from error
     except OSError as error:
         raise ParameterError(f"file {path}", f"it cannot be read: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except ValueError as error:  # no TOML, no UTF-8, or a number of more digits than Python reads
         raise ParameterError(f"file {path}", f"it is no TOML: {error}") from error
+    except RecursionError as error:
+        raise ParameterError(f"file {path}", TOO_DEEP) from error
     values: dict[str, Any] = {}
     for instance, table in tables.items():
         if not isinstance(table, Mapping):
             raise ParameterError(f"file {path}", f"{instance} must be a table of an instance, as in [controller]")
         for name, value in table.items():
+            if _depth(value) > DEEPEST:
+                raise ParameterError(f"file {path}", f"{instance}.{name}: {TOO_DEEP}")
             values[f"{instance}.{name}"] = Value(value) if isinstance(value, str) else value
     return values
+
+
+def _depth(value: Any) -> int:
+    """Return how many lists lie in one another, up to one more than `DEEPEST`."""
+    depth, inside = 0, [value]
+    while depth <= DEEPEST and any(isinstance(v, list) for v in inside):
+        depth, inside = depth + 1, [v for part in inside if isinstance(part, list) for v in part]
+    return depth
 
 
 def assignments(texts: Iterable[str]) -> dict[str, Any]:
@@ -49,12 +65,18 @@ def assignments(texts: Iterable[str]) -> dict[str, Any]:
 
 
 def parse_degrees(text: str, name: str) -> float:
-    """Read "0.005 deg", "1e-4 rad" or "0.005" (a plain number is degrees); the answer is in deg."""
+    """Read "0.005 deg" or "1e-4 rad", the answer is in deg; raises `ParameterError`, for a bare number too."""
     angle = Value(text)
-    factor = {None: 1.0, "deg": 1.0, "rad": math.degrees(1.0)}.get(angle.unit)
-    if factor is None or not isinstance(angle.value, int | float) or not 0 < angle.value < math.inf:
+    number = angle.value
+    if isinstance(number, bool) or not isinstance(number, int | float) or not 0 < number < math.inf:
+        advice = advice_on_numbers(text)
+        raise ParameterError(name, f"{text!r} is no positive angle. Write it as 0.005 deg or 1e-4 rad{advice}")
+    if angle.unit is None:
+        raise ParameterError(name, f"{text!r} has no unit. Write {text.strip()} deg or {text.strip()} rad")
+    factor = {"deg": 1.0, "rad": math.degrees(1.0)}.get(angle.unit)
+    if factor is None:
         raise ParameterError(name, f"{text!r} is no positive angle. Write it as 0.005 deg or 1e-4 rad")
-    return factor * angle.value
+    return factor * number
 
 
 def with_swaps(system: System, uses: Sequence[str], locate: Callable[[str], Path]) -> tuple[System, list[SwapReport]]:

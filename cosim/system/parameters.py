@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from cosim.errors import ParameterError, SimulationError, UnknownName
+from cosim.quantity import advice_on_numbers
 from cosim.system.system import System
 from cosim.system.value import Value, plain
 from cosim.system.wiring import Port
@@ -110,10 +111,12 @@ class Parameters:
         full = f"{component}.{name}"
         variables = [self.descriptions[component].variables[e] for e in group.elements]
         given = value if isinstance(value, Value) else Value(value)
-        words = given.text is not None and not isinstance(given.value, list)
+        one = not isinstance(given.value, list) or (group.shape == () and variables[0].type == "String")
+        words = given.text is not None and one
         numbers = given.text if words and variables[0].type in WORDS else plain(given.value)
         if isinstance(numbers, str) and variables[0].type == "Real":
-            problem = f"it is Real, the value {numbers!r} is no number and no list of numbers"
+            advice = advice_on_numbers(numbers)
+            problem = f"it is Real, the value {numbers!r} is no number and no list of numbers{advice}"
             self.mistakes.append(ParameterError(full, problem))
             return {}
         shape = shape_of(numbers)
@@ -170,16 +173,26 @@ def _checked(variable: ScalarVariable, value: Any, convert: units.Conversion) ->
             raise ValueError(f"{wrong}. Write true, false, 1 or 0")
         return known[str(value)]
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise wrong
-    if not math.isfinite(value):
-        raise ValueError(f"the value {value} is not finite")
+        raise ValueError(f"{wrong}{advice_on_numbers(value)}") if isinstance(value, str) else wrong
     if variable.type == "Real":
-        return float(value) if convert == units.IDENTITY else convert(float(value))
+        return _real(value, convert)
+    if isinstance(value, float) and not math.isfinite(value):
+        raise ValueError(f"the value {value} is not finite")
     if int(value) != value:
         raise wrong
     if not INTEGERS[0] <= value <= INTEGERS[1]:
         raise ValueError(f"the value {value} is beyond an Integer of FMI 2.0, {INTEGERS[0]} to {INTEGERS[1]}")
     return int(value)
+
+
+def _real(value: int | float, convert: units.Conversion) -> float:
+    try:
+        number = float(value) if convert == units.IDENTITY else convert(float(value))
+    except OverflowError as error:
+        raise ValueError("the value is beyond a double, 1.8e308") from error
+    if not math.isfinite(number):
+        raise ValueError(f"the value {value} is not finite")
+    return number
 
 
 def _item(variable: ScalarVariable, value: Any) -> int:

@@ -88,5 +88,6 @@ class Experiment:
     announce_stop_time: bool = False
 
     def __post_init__(self) -> None:
-        """Make the patterns a tuple."""
-        object.__setattr__(self, "record", tuple(self.record))
+        """Make the patterns a tuple; a text is one pattern."""
+        record = (self.record,) if isinstance(self.record, str) else tuple(self.record)
+        object.__setattr__(self, "record", record)

@@ -53,13 +53,13 @@ def _parse(text: str) -> tuple[Any, str | None]:
         return unquoted(text), None
     if text.strip() in ("true", "True", "false", "False"):
         return text.strip().lower() == "true", None
-    if text.strip().lower().lstrip("+-") in ("nan", "inf"):
+    if re.fullmatch(r"[-+]?(nan|inf)", text.strip().lower()):
         return float(text), None
     if text.lstrip().startswith("[") and "]" in text:
         end = text.rindex("]") + 1
         try:
             return plain(ast.literal_eval(text[:end].strip())), text[end:].strip() or None
-        except (ValueError, SyntaxError):
+        except (ValueError, SyntaxError, RecursionError, MemoryError):
             return text, None
     quantity = split_quantity(text)
     if quantity is None:

@@ -15,6 +15,8 @@ HELD = {"a.r_in": 0.0, "a.i_in": 0, "a.b_in": False, "a.e_in": "off", "a.s_in": 
 STATE = {"x0": "x", "count0": "count", "odd0": "odd", "mode0": "mode", "memory0": "memory"}
 """Parameter -> the state that it starts."""
 
+NUMBERS = "Numbers are decimal, with a point and nothing between their digits: 2.5, 1000, 1e-3"
+
 
 @pytest.fixture(scope="module")
 def fmu(tmp_path_factory):
@@ -58,6 +60,7 @@ def refused(fmu, name, value) -> str:
         ("memory0", "'quoted'", "quoted"),
         ("memory0", "", ""),
         ("memory0", "[draft] é", "[draft] é"),
+        *(("memory0", Value(t), t) for t in ("true", "12", "1e3", "5 deg", "0012", "[1, 2]", "[1] m", "2,5", "nan")),
     ],
     ids=repr,
 )
@@ -86,12 +89,23 @@ def test_what_is_taken(fmu, name, value, expected):
         ("memory0", 12, "it is String, the value 12 is int. Write it in quotes: '\"12\"'"),
         ("memory0", [1, 2], "it is a scalar, the value is a vector of 2"),
         ("x0", "long", "it is Real, the value 'long' is no number and no list of numbers"),
+        ("x0", Value("2,5"), f"the value '2,5' is no number and no list of numbers. {NUMBERS}"),
+        ("x0", Value("0x10"), f"the value '0x10' is no number and no list of numbers. {NUMBERS}"),
+        ("x0", Value("1_000 m"), f"the value '1_000 m' is no number and no list of numbers. {NUMBERS}"),
+        ("x0", ["2,5"], "it is a scalar, the value is a vector of 1"),
+        ("x0", 10**400, "the value is beyond a double, 1.8e308"),
+        ("x0", Value("1e999"), "the value inf is not finite"),
+        ("x0", Value("+-inf"), "the value '+-inf' is no number"),
+        ("x0", Value("[" * 5000 + "]" * 5000), "is no number and no list of numbers"),
+        ("count0", Value("0x10"), f"it is Integer, the value '0x10' is str. {NUMBERS}"),
+        ("count0", Value("2,5"), f"it is Integer, the value '2,5' is str. {NUMBERS}"),
+        ("count0", 10**400, "is beyond an Integer of FMI 2.0, -2147483648 to 2147483647"),
         ("e_in", "medium", "it has no item 'medium'. There: off (1), slow (2), fast (5)"),
         ("i_in", 2**40, "the value 1099511627776 is beyond an Integer of FMI 2.0"),
         ("b_in", 7, "it is Boolean, the value 7 is int. Write true, false, 1 or 0"),
         ("s_in", 7, "it is String, the value 7 is int"),
     ],
-    ids=repr,
+    ids=lambda part: repr(part)[:30],
 )
 def test_what_is_refused(fmu, name, value, words):
     message = refused(fmu, name, value)
@@ -140,6 +154,14 @@ class TestCommandLine:
         assert "parameter a.mode0: it has no item 'medium'. There: off (1), slow (2), fast (5)" in done.err
         assert "parameter a.odd0: it is Boolean, the value 'maybe' is str. Write true, false, 1 or 0" in done.err
         assert "the value 2147483648 is beyond an Integer of FMI 2.0" in done.err
+
+    @pytest.mark.parametrize("text", ["true", "12", "1e3", "5 deg", "0012", "[1, 2]", "a=b"])
+    def test_a_text_is_what_was_written(self, run, folder, text):
+        assert run("--set", f"a.memory0={text}").status == 0
+        assert Result.read("out")["a.memory"][0] == text
+        (folder / "own.toml").write_text(f'[a]\nmemory0 = "{text}"\n', encoding="utf-8")
+        assert run("--force", "--params", "own.toml").status == 0
+        assert Result.read("out")["a.memory"][0] == text
 
     def test_file(self, run, folder):
         (folder / "own.toml").write_text(

@@ -162,6 +162,9 @@ class TestParameters:
         [
             ("[controller\nk = 1", "parameter file p.toml: it is no TOML: Expected ']'"),
             ("J = 1", "parameter file p.toml: J must be a table of an instance, as in [controller]"),
+            ("[controller]\nk = " + "[" * 3000 + "]" * 3000, "p.toml: it is nested too deep for an array of numbers"),
+            ("[controller]\nk = " + "[" * 100 + "]" * 100, "p.toml: controller.k: it is nested too deep for an array"),
+            ("[controller]\nk = " + "9" * 5000, "parameter file p.toml: it is no TOML: Exceeds the limit"),
             ("[controller]\nkay = 1", 'unknown parameter "kay" in component "controller"'),
         ],
     )

@@ -374,14 +374,20 @@ def test_a_run_that_its_event_ends(adcs, folder):
     assert looped.table.equals(result.table)
 
 
-@pytest.mark.parametrize(("text", "degrees"), [("0.5", 0.5), ("0.01 deg", 0.01), ("1e-3 rad", np.degrees(1e-3))])
+@pytest.mark.parametrize(("text", "degrees"), [("0.5deg", 0.5), ("0.01 deg", 0.01), ("1e-3 rad", np.degrees(1e-3))])
 def test_threshold_of_the_settling_time(run, text, degrees):
     _, result = run("--settled", text)
     assert result.info["metrics"]["settling threshold (deg)"] == pytest.approx(degrees)
 
 
-@pytest.mark.parametrize("text", ["0", "-1 deg", "1 m", "deg", "nan"])
+@pytest.mark.parametrize("text", ["0", "-1 deg", "1 m", "deg", "nan", "true", "2,5 deg"])
 def test_a_threshold_that_is_no_angle(adcs, text):
     done = adcs("run", "zhang2018-ppatc", "--settled", text)
     assert done.status == 2
     assert f"parameter --settled: '{text}' is no positive angle. Write it as 0.005 deg or 1e-4 rad" in done.err
+
+
+def test_a_threshold_without_unit_could_be_either(adcs):
+    done = adcs("run", "zhang2018-ppatc", "--settled", "5")
+    assert done.status == 2
+    assert "parameter --settled: '5' has no unit. Write 5 deg or 5 rad" in done.err

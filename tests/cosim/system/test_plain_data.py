@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from cosim.errors import TimeError, UnknownName
-from cosim.system import Connection, System, Value
+from cosim.quantity import split_quantity
+from cosim.system import Connection, Experiment, System, Value
 from cosim.time import Schedule, exact_seconds, parse_seconds
 from fmus.description.names import group, nearest, split_port
 from fmus.description.units import BaseUnit, Conversion, Unit, conversion, resolve
@@ -214,3 +215,22 @@ class TestInterface:
         like = {v.name for v in description.variables.values() if v.is_parameter}
         assert {"J[1,1]", "rho", "omega[1]"} <= like
         assert not {"angle", "power"} & like
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        ("1ms", ("1", "ms")),
+        ("-3e4 N.m", ("-3e4", "N.m")),
+        ("5 1/s", ("5", "1/s")),
+        ("0 b", ("0", "b")),
+        *((text, None) for text in ("2,5", "2,5 deg", "0x10", "0b1", "1_000", "1 000", "1.2.3", "1'000", "deg")),
+    ],
+)
+def test_number_and_unit(text, parts):
+    assert split_quantity(text) == parts
+
+
+def test_one_pattern_is_no_row_of_letters():
+    assert Experiment(stop_time=1, communication_step_size=1, record="a.y").record == ("a.y",)
+    assert Experiment(stop_time=1, communication_step_size=1, record=["a.y", "b"]).record == ("a.y", "b")
