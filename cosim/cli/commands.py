@@ -4,6 +4,7 @@ A command imports what it needs: what flies and draws takes longer to import tha
 """
 
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -131,7 +132,7 @@ def show_(
 
 @app.command()
 def run(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="SYSTEM or FILE.py[:function].")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="SYSTEM, FILE.py[:function] or FILE.fmu.")],
     use: Annotated[
         list[str] | None,
         typer.Option(metavar="INSTANCE=FMU", help="Another FMU for an instance: NAME, FILE.py:Class or FILE.fmu."),
@@ -151,6 +152,9 @@ def run(
     extrapolation: Annotated[
         int | None, typer.Option(help="Order to which at_point inputs are extrapolated: 0, 1 or 2.")
     ] = None,
+    hold_unconnected: Annotated[
+        bool, typer.Option("--hold-unconnected", help="Hold inputs that nothing is connected to at their start values.")
+    ] = False,
     tolerance: Annotated[
         float | None, typer.Option(help="Relative tolerance that FMUs are told. Default: each FMU's own.")
     ] = None,
@@ -186,6 +190,8 @@ def run(
         usual = metrics.THRESHOLD if owner is None else owner.settled
         threshold = usual if settled is None else overrides.parse_degrees(settled, "--settled")
         locate = Library(backend, console.note)
+        if hold_unconnected:
+            system = replace(system, hold_unconnected=True)
         system, swaps = overrides.with_swaps(system, use or [], locate)
         for swap in swaps:
             console.write_swap(swap)
@@ -215,6 +221,8 @@ def run(
                     raise
                 failure, result = error, error.result
         changed = (set_, params, step, every, master, extrapolation, tolerance)
+        if system.hold_unconnected:
+            console.write_held(result, system.held)
         _tell(name, result, plot, as_published=not any(option not in (None, []) for option in changed))
         if failure is not None:
             raise failure

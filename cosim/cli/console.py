@@ -14,6 +14,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from cosim.errors import near
+from fmus.description.names import split_element
 
 if TYPE_CHECKING:  # a message must not wait for what flies and draws
     from cosim.results.result import Result
@@ -93,6 +94,13 @@ def write_summary(result: "Result") -> None:
         write(f"the controller was {outside}")
     metrics: Mapping[str, object] = info.get("metrics") or {}
     write_table((), [(name, _figures(value)) for name, value in metrics.items()])
+
+
+def write_held(result: "Result", named: Mapping[str, object]) -> None:
+    """The inputs that were held at their start values, for nothing was connected to them."""
+    taken = {n: v for n, v in result.info["held"].items() if not {n, split_element(n)[0]} & named.keys()}
+    if taken:
+        write("held at start values: " + ", ".join(f"{name} = {held['value']}" for name, held in taken.items()))
 
 
 def write_claims(verdicts: "Sequence[Verdict]") -> None:

@@ -2,6 +2,7 @@
 
 import importlib.util
 import inspect
+import re
 import sys
 import traceback
 from collections.abc import Callable
@@ -12,6 +13,7 @@ from types import ModuleType
 from cosim.errors import SimulationError, UnknownName
 from cosim.studies import papers
 from cosim.system import Experiment, System
+from fmus.description.read import read_description
 
 Scenario = tuple[System, Experiment]
 
@@ -25,7 +27,7 @@ class NoScenario(ScenarioError):
 
 
 def load(reference: str) -> Scenario:
-    """Return the system and experiment of NAME or FILE.py[:function].
+    """Return the system and experiment of NAME, FILE.py[:function] or FILE.fmu, which flies alone.
 
     The function takes no arguments and returns (System, Experiment); it need not be named if it is the only such
     function or is called `system`. FMU references of the file (FILE.py:Class, FILE.fmu) are relative to the file's
@@ -33,7 +35,7 @@ def load(reference: str) -> Scenario:
     """
     name, _, function = reference.partition(".py:") if ".py:" in reference else (reference, "", "")
     if reference.endswith(".fmu"):
-        raise ScenarioError(f"{reference} is one FMU, no system. Put it into one with --use INSTANCE={reference}.")
+        return _alone(Path(reference))
     if not function and not reference.endswith(".py"):
         return papers.scenario(reference)
     path = Path(f"{name}.py" if function else name)
@@ -62,6 +64,25 @@ def load(reference: str) -> Scenario:
     system, experiment = made
     components = {instance: _beside(path.parent, r) for instance, r in system.components.items()}
     return replace(system, components=components), experiment
+
+
+def _alone(path: Path) -> Scenario:
+    """Return a system of one FMU, its inputs held at their start values, flown as its DefaultExperiment says.
+
+    Where that names no step, a thousand are taken. Raises `FmuError`, `ScenarioError` where it names no stop time.
+    """
+    description = read_description(path)
+    proposed = description.default_experiment
+    name = re.sub(r"\W", "_", path.stem)
+    start = proposed.start or 0.0
+    stop = proposed.stop
+    if stop is None or stop <= start:
+        raise ScenarioError(
+            f"{path} has no stop time in its DefaultExperiment. Fly it in a system of your own: FILE.py:function."
+        )
+    step = proposed.step_size or (stop - start) / 1000
+    system = System(name=name, components={name: str(path)}, hold_unconnected=True)
+    return system, Experiment(stop_time=stop, communication_step_size=step, start_time=start)
 
 
 def _module(path: Path) -> ModuleType:

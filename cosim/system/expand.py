@@ -1,6 +1,6 @@
 """From a system and the descriptions of its FMUs to a checked `Wiring`; all mistakes are found and told together."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from cosim.errors import SimulationError, UnknownName, WiringError, WiringErrors
@@ -8,7 +8,7 @@ from cosim.system.parameters import Parameters
 from cosim.system.system import TIMINGS, Connection, System
 from cosim.system.wiring import Link, Port, Wiring
 from cosim.time import LARGEST_INTEGER
-from fmus.description.description import ModelDescription, ScalarVariable, Type
+from fmus.description.description import ModelDescription, Scalar, ScalarVariable, Type
 from fmus.description.names import Group, group, split_port
 from fmus.description.units import IDENTITY, conversion
 
@@ -26,6 +26,8 @@ def wire(system: System, descriptions: Mapping[str, ModelDescription]) -> Wiring
     checker.instances()
     links = checker.links()
     settings, held = parameters.settings(), parameters.held()
+    if system.hold_unconnected:
+        held |= _unconnected(ordered, links, held)
     checker.inputs(links, held)
     periods = checker.periods()
     mistakes = checker.mistakes + parameters.mistakes
@@ -41,9 +43,27 @@ def rewire(wiring: Wiring, system: System) -> Wiring:
     """
     parameters = Parameters(system, wiring.descriptions)
     settings, held = parameters.settings(), parameters.held()
+    if system.hold_unconnected:
+        held |= _unconnected(wiring.descriptions, wiring.links, held)
     if parameters.mistakes:
         raise WiringErrors(system.name, parameters.mistakes)
     return replace(wiring, settings=settings, held=held)
+
+
+def _unconnected(
+    descriptions: Mapping[str, ModelDescription], links: Sequence[Link], held: Mapping[Port, Scalar]
+) -> dict[Port, Scalar]:
+    """Return the inputs that have no source, with their start values."""
+    served = {link.target for link in links} | held.keys()
+    inputs = {Port(name, v.name): v for name, description in descriptions.items() for v in description.inputs}
+    return {port: _start(variable) for port, variable in inputs.items() if port not in served}
+
+
+def _start(variable: ScalarVariable) -> Scalar:
+    """Return the start value of an input, zero or nothing where an FMU breaks the rule that it has one."""
+    if variable.start is not None:
+        return variable.start
+    return {"Real": 0.0, "Boolean": False, "String": ""}.get(variable.type, 0)
 
 
 class _Checker:
@@ -160,7 +180,7 @@ class _Checker:
         return [base] if elements == list(whole.elements) else elements
 
     def _not_connected(self, component: str, name: str, shape: tuple[int, ...], variable: ScalarVariable) -> None:
-        value = "0.0" if variable.type == "Real" else repr(variable.start)
+        value = repr(_start(variable))
         for n in reversed(shape):
             value = f"[{', '.join([value] * n)}]"
         self._wrong(

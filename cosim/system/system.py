@@ -40,7 +40,8 @@ class System:
 
     `parameters`: "plant.J" or "*.J" -> number, nested list or `Value`. `vehicle`: name -> value, set in every component
     that has a parameter of that name; entries of `parameters` win. `held`: input -> value for inputs without a
-    connection. `steps`: instance -> n, it steps every n-th communication step.
+    connection; with `hold_unconnected` every other one is held at its FMU's start value. `steps`: instance -> n, it
+    steps every n-th communication step.
     """
 
     name: str
@@ -50,6 +51,7 @@ class System:
     vehicle: dict[str, Any] = field(default_factory=dict)
     held: dict[str, Any] = field(default_factory=dict)
     steps: dict[str, int] = field(default_factory=dict)
+    hold_unconnected: bool = False
 
     def __post_init__(self) -> None:
         """Copy what the caller could change later, make arrays plain, so that equal systems compare equal."""

@@ -155,8 +155,7 @@ class TestSystem:
         done = adcs("run", "mine/flight.py:fligt")
         assert (done.status, 'unknown function "fligt"' in done.err) == (2, True)
         assert 'Did you mean "flight"?' in done.err
-        done = adcs("run", "My.fmu")
-        assert "My.fmu is one FMU, no system. Put it into one with --use INSTANCE=My.fmu." in done.err
+        assert "My.fmu: there is no such file" in adcs("run", "My.fmu").err
 
 
 def broken(text):
