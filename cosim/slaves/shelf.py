@@ -8,7 +8,6 @@ import ctypes
 import itertools
 import threading
 import weakref
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import mkdtemp
@@ -18,6 +17,7 @@ import fmpy
 from fmpy import fmi2
 
 from fmus import places
+from fmus.description.archive import extract
 from fmus.description.description import ModelDescription
 from fmus.description.errors import FmuError
 from fmus.description.read import read_description
@@ -33,7 +33,7 @@ def stamp_of(path: Path) -> Stamp:
     """Return the identity of a file; raises `FmuError`."""
     try:
         stat = path.stat()
-    except OSError as error:
+    except (OSError, ValueError) as error:
         raise FmuError(path, "there is no such file") from error
     return path.resolve(), stat.st_ino, stat.st_mtime_ns, stat.st_size
 
@@ -69,8 +69,8 @@ class Shelf:
             if key not in self._folders:
                 _refuse_foreign(path)
                 try:
-                    self._folders[key] = Path(fmpy.extract(path, mkdtemp(dir=places.extracted())))
-                except (OSError, zipfile.BadZipFile) as error:
+                    self._folders[key] = extract(path, Path(mkdtemp(dir=places.extracted())))
+                except OSError as error:
                     raise FmuError(path, f"it cannot be extracted: {error}") from error
             return self._folders[key]
 

@@ -2,11 +2,13 @@
 
 import difflib
 import itertools
+import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-_ELEMENT = re.compile(r"^(?P<base>.+)\[(?P<index>\s*\d+\s*(?:,\s*\d+\s*)*)\]$")
+_NUMBER = r"\s*\d{1,18}\s*"
+_ELEMENT = re.compile(rf"(?P<base>.+)\[(?P<index>{_NUMBER}(?:,{_NUMBER})*)\]", re.ASCII | re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -19,7 +21,7 @@ class Group:
 
 def split_element(name: str) -> tuple[str, tuple[int, ...]]:
     """Return base name and 1-based index: "J[1,2]" -> ("J", (1, 2)), "J" -> ("J", ())."""
-    match = _ELEMENT.match(name)
+    match = _ELEMENT.fullmatch(name)
     if match is None:
         return name, ()
     return match["base"], tuple(int(i) for i in match["index"].split(","))
@@ -44,8 +46,11 @@ def indices(shape: Sequence[int]) -> list[tuple[int, ...]]:
 def group(names: Iterable[str]) -> Mapping[str, Group]:
     """Collect scalar names into arrays, in order of first appearance.
 
-    Elements whose indices do not fill a whole array (a[1], a[3]) stay scalars of their own.
+    Elements whose indices do not fill a whole array (a[1], a[3]) stay scalars of their own, and so do those of an array
+    that has the name of another one (a, a[1]; a[1], a[1][1]).
     """
+    names = list(names)
+    single = set(names)
     found: dict[str, dict[tuple[int, ...], str]] = {}
     for name in names:
         base, index = split_element(name)
@@ -53,7 +58,8 @@ def group(names: Iterable[str]) -> Mapping[str, Group]:
     groups: dict[str, Group] = {}
     for base, members in found.items():
         shape = tuple(map(max, zip(*members, strict=False)))
-        if len({len(i) for i in members}) == 1 and sorted(members) == indices(shape):
+        same = len({len(i) for i in members}) == 1 and (() in members or base not in single)
+        if same and math.prod(shape) == len(members) and sorted(members) == indices(shape):
             groups[base] = Group(shape, tuple(members[i] for i in sorted(members)))
         else:
             groups |= {name: Group((), (name,)) for name in members.values()}

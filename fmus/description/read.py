@@ -4,16 +4,20 @@ The writer is write.py. fmpy and lxml are imported when something is read: impor
 """
 
 import io
+import re
 import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from fmus.description.annotations import Annotations, read_annotations
+from fmus.description.archive import read_file
 from fmus.description.description import DefaultExperiment, ModelDescription, Scalar, ScalarVariable, Type
 from fmus.description.errors import FmuError
 from fmus.description.names import canonical
 from fmus.description.units import EXPONENTS, BaseUnit, Conversion, Unit
+
+_IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 def read_description(path: Path) -> ModelDescription:
@@ -21,15 +25,7 @@ def read_description(path: Path) -> ModelDescription:
 
     Raises `FmuError` for what is no FMU, is damaged, or is not FMI 2.0 co-simulation.
     """
-    try:
-        with zipfile.ZipFile(path) as archive:
-            return parse_description(archive.read("modelDescription.xml"), path)
-    except FileNotFoundError as error:
-        raise FmuError(path, "there is no such file") from error
-    except (zipfile.BadZipFile, OSError) as error:
-        raise FmuError(path, f"it is not an FMU, for it is no readable zip archive ({error})") from error
-    except KeyError as error:
-        raise FmuError(path, "it is not an FMU, for there is no modelDescription.xml inside") from error
+    return parse_description(read_file(path, "modelDescription.xml"), path)
 
 
 def parse_description(xml: bytes, path: Path) -> ModelDescription:
@@ -38,7 +34,7 @@ def parse_description(xml: bytes, path: Path) -> ModelDescription:
 
     try:
         root = etree.fromstring(xml)
-    except etree.XMLSyntaxError as error:
+    except (etree.XMLSyntaxError, ValueError, LookupError) as error:
         raise FmuError(path, f"its modelDescription.xml is damaged: {error}") from error
     version = root.get("fmiVersion")
     if version != "2.0":
@@ -74,10 +70,12 @@ def _first_line(error: Exception) -> str:
 def _from_fmpy(description: Any, annotations: Annotations) -> ModelDescription:
     """Return what fmpy's `ModelDescription` of an FMI 2.0 co-simulation FMU and our annotations say."""
     slave = description.coSimulation
+    if not _IDENTIFIER.fullmatch(slave.modelIdentifier):
+        raise ValueError(f"the modelIdentifier {slave.modelIdentifier!r} is no identifier of C")
     return ModelDescription(
         model_name=description.modelName,
         guid=description.guid,
-        variables={canonical(v.name): _variable(v) for v in description.modelVariables},
+        variables=_variables(description.modelVariables),
         dependencies=_unknowns(description.outputs),
         derivatives=_unknowns(description.derivatives),
         initial_unknowns=_unknowns(description.initialUnknowns),
@@ -114,6 +112,16 @@ def _source_files(description: Any) -> tuple[str, ...]:
     identifier = description.coSimulation.modelIdentifier
     sets = [s for c in configurations if c.modelIdentifier == identifier for s in c.sourceFileSets]
     return tuple(file for s in sets for file in s.sourceFiles)
+
+
+def _variables(variables: Sequence[Any]) -> dict[str, ScalarVariable]:
+    names: dict[str, str] = {}
+    for v in variables:
+        name = canonical(v.name)
+        if name in names:
+            raise ValueError(f"two variables have one name, {names[name]!r} and {v.name!r}")
+        names[name] = v.name
+    return {canonical(v.name): _variable(v) for v in variables}
 
 
 def _variable(v: Any) -> ScalarVariable:
