@@ -46,6 +46,27 @@ class FMU2Unmoved(fmi2.FMU2Slave):
         self.component: Any = None
         self.callbacks: Any = None
 
+    def instantiate(self, visible: bool = False, callbacks: Any = None, loggingOn: bool = False) -> None:
+        """fmi2Instantiate, with the address of the resources as this FMU reads it."""
+        self.callbacks = callbacks
+        name, guid, resources = (s.encode() for s in (self.instanceName, self.guid, self._resources()))
+        given = name, fmi2.fmi2CoSimulation, guid, resources, ctypes.byref(callbacks), visible, loggingOn
+        self.component = self.fmi2Instantiate(*given)
+        if self.component is None:
+            raise FMICallException(function="fmi2Instantiate", status=fmi2.fmi2Error)
+
+    def _resources(self) -> str:
+        """Return a URI; for an FMU of pythonfmu one that is escaped no further than it reads: %20 is a blank."""
+        resources = Path(self.unzipDirectory, "resources")
+        escaped = resources.as_uri()
+        if not (resources / "slavemodule.txt").is_file():
+            return escaped
+        path = resources.as_posix()
+        if "%20" in path:
+            raise ValueError(f"pythonfmu takes %20 in {path} for a blank: set ADCS_BUILD to a folder without it")
+        begin = escaped[: escaped.index("/", len("file://")) + 1]
+        return begin + path.lstrip("/").replace(" ", "%20")
+
     def _call(self, fname: str, *args: Any) -> Any:
         function = self._functions[fname]
         result = function(*args)
@@ -83,7 +104,8 @@ class FmuSlave:
             # pythonfmu's FMUs tell why they fail only where logging is on
             self._fmu.instantiate(callbacks=SHELF.callbacks(self._key), loggingOn=True)
         except Exception as error:
-            raise CallFailed(self.name, "fmi2Instantiate", "no instance", tuple(self.messages)) from error
+            said = [str(error)] if isinstance(error, ValueError) else []
+            raise CallFailed(self.name, "fmi2Instantiate", "no instance", (*self.messages, *said)) from error
         self._alive = True
 
     def setup_experiment(self, t: float, tolerance: float | None = None, stop: float | None = None) -> None:

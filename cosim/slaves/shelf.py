@@ -6,6 +6,8 @@ process's working folder.
 
 import ctypes
 import itertools
+import re
+import logging
 import threading
 import weakref
 from collections.abc import Callable
@@ -22,8 +24,13 @@ from fmus.description.description import ModelDescription
 from fmus.description.errors import FmuError
 from fmus.description.read import read_description
 
+_log = logging.getLogger(__name__)
+
 Stamp = tuple[Path, int, int, int]
 """What tells one version of a file from another: path, inode, time of the last change (ns), size."""
+
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+"""What a log may not send to a terminal: all that controls one, but tabs and ends of lines."""
 
 _NOTHING = ("Fatal py exception encountered", "unknown error")
 """Begin and end of what pythonfmu says of an exception that the slave has told itself."""
@@ -45,6 +52,7 @@ class Shelf:
         self._lock = threading.RLock()
         self._descriptions: dict[Stamp, ModelDescription] = {}
         self._folders: dict[tuple[Stamp, int], Path] = {}
+        self._files: dict[Path, list[Path]] = {}  # folder -> what was extracted there
         self._copies = itertools.count(1)
         self._keys = itertools.count(1)
         self._listeners: weakref.WeakValueDictionary[int, Any] = weakref.WeakValueDictionary()
@@ -61,15 +69,19 @@ class Shelf:
     def extracted(self, path: Path, *, own_copy: bool) -> Path:
         """Return the folder of an extracted FMU: one for all of its instances, or `own_copy` one more.
 
+        One that has been emptied meanwhile, as what cleans temporary folders does, is extracted again, with a line.
         Raises `FmuError` for a file that has no binary for this platform, or cannot be extracted.
         """
         stamp = stamp_of(path)
         with self._lock:
             key = stamp, next(self._copies) if own_copy else 0
+            if key in self._folders and not _is_whole(self._files[self._folders[key]]):
+                _log.warning("%s, extracted from %s, was emptied: it is extracted again", self._folders.pop(key), path)
             if key not in self._folders:
                 _refuse_foreign(path)
                 try:
-                    self._folders[key] = extract(path, Path(mkdtemp(dir=places.extracted())))
+                    folder = extract(path, Path(mkdtemp(dir=places.extracted())))
+                    self._folders[key], self._files[folder] = folder, _filled(folder)
                 except OSError as error:
                     raise FmuError(path, f"it cannot be extracted: {error}") from error
             return self._folders[key]
@@ -95,9 +107,21 @@ class Shelf:
 
     def _log(self, environment: int | None, instance: bytes, status: int, category: bytes, message: bytes) -> None:
         listener = self._listeners.get(environment or 0)
-        text = (message or b"").decode("utf-8", "replace").rstrip()
+        text = _CONTROL.sub("?", (message or b"").decode("utf-8", "replace").rstrip())
         if listener is not None and not (text.startswith(_NOTHING[0]) and text.endswith(_NOTHING[1])):
             listener.messages.append(text)
+
+
+def _filled(folder: Path) -> list[Path]:
+    """Return the files in a folder that hold anything."""
+    return [file for file in folder.rglob("*") if file.is_file() and file.stat().st_size]
+
+
+def _is_whole(files: list[Path]) -> bool:
+    try:
+        return all(file.stat().st_size for file in files)
+    except OSError:
+        return False
 
 
 def _refuse_foreign(path: Path) -> None:

@@ -7,6 +7,8 @@ import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
+from fmus import places
+
 EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
@@ -28,5 +30,5 @@ def write_fmu(path: Path, files: Mapping[str, bytes]) -> Path:
             entry = zipfile.ZipInfo(name, EPOCH)
             entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
             archive.writestr(entry, data)
-    os.replace(part, path)
+    places.keep(part, path)
     return path

@@ -84,21 +84,24 @@ class _Order:
 
     def is_up_to_date(self, python_only: bool) -> bool:
         """Whether the FMU that is kept is the one that would be built; python_only: and there is no native one."""
-        path = self.path
-        if not path.is_file() or not _note_file(path).is_file():
+        try:
+            noted, digest = _note_file(self.path).read_bytes(), _digest(self.path)
+        except OSError:  # there is none
             return False
-        notes = [_note(path, self.key, only) for only in ((True,) if python_only else (True, False))]
-        return _note_file(path).read_text() in notes
+        return noted in [_note(self.key, digest, only) for only in ((True,) if python_only else (True, False))]
 
 
 def _note_file(fmu: Path) -> Path:
     return fmu.with_name(f".{fmu.name}.key")
 
 
-def _note(fmu: Path, key: str, python_only: bool) -> str:
-    """Return what is noted beside an FMU: its key, which file that is of, whether there can be no native one."""
-    stamp = fmu.stat()
-    return json.dumps([key, stamp.st_size, stamp.st_mtime_ns, python_only])
+def _note(key: str, digest: str, python_only: bool) -> bytes:
+    """Return what is noted beside an FMU: its key, which bytes that is of, whether there can be no native one."""
+    return json.dumps([key, digest, python_only]).encode()
+
+
+def _digest(fmu: Path) -> str:
+    return hashlib.sha256(fmu.read_bytes()).hexdigest()
 
 
 _building: dict[Path, threading.Lock] = {}
@@ -162,9 +165,9 @@ def _build_and_keep(order: _Order, announce: Callable[[str], None] | None) -> Pa
     with tempfile.TemporaryDirectory(dir=places.made(path.parent), prefix=".build-") as place:  # nobody else's
         made = build(component, Path(place) / path.name, order.backend, order.platforms)
         note = Path(place) / "note"
-        note.write_text(_note(made, keys[order.backend], component.python_only))
-        os.replace(made, path)
-        os.replace(note, _note_file(path))
+        note.write_bytes(_note(keys[order.backend], _digest(made), component.python_only))
+        os.replace(made, path)  # it is on the disk
+        places.keep(note, _note_file(path))
     return path
 
 

@@ -3,6 +3,7 @@
 import _ctypes
 import ctypes
 import hashlib
+import logging
 import os
 import sys
 import threading
@@ -21,6 +22,7 @@ from fmus.toolchain import compile_library
 
 SOURCES = tuple(Path(__file__).with_name(name) for name in ("kernel.c", "structures.h", "texts.h"))
 
+_log = logging.getLogger(__name__)
 _lock = threading.Lock()
 _loaded: dict[Path, ctypes.CDLL] = {}
 
@@ -28,13 +30,15 @@ _loaded: dict[Path, ctypes.CDLL] = {}
 def library() -> ctypes.CDLL:
     """Return the kernel; raises `BuildError` where it cannot be compiled.
 
-    A file that is empty, cut, or of other structures than this process has is compiled anew.
+    A file that is empty, cut, damaged, or of other structures than this process has is compiled anew, with a line.
     """
     with _lock:
         path = places.kernel() / f"kernel-{_key()}{'.dll' if os.name == 'nt' else '.so'}"
         if path not in _loaded:
             found = _load(path)
             if found is None:
+                if path.is_file() and _seal(path).is_file():  # before the seal is written it is nobody's fault
+                    _log.warning("the kernel %s is damaged, or of another version: it is compiled anew", path)
                 compile_library(SOURCES[0].parent, SOURCES[0].name, path)  # replaces the file, also of other processes
                 _write_seal(path)
                 found = _load(path)
@@ -64,10 +68,9 @@ def _key() -> str:
 
 def _load(path: Path) -> ctypes.CDLL | None:
     """Return the library of a file, None if it is not whole, not loadable, or not of this process's structures."""
-    seal = _seal(path)
-    if not (path.is_file() and seal.is_file() and seal.read_text(encoding="ascii") == _digest(path)):
-        return None  # a cut library may load and end the process later
     try:
+        if _seal(path).read_bytes() != _digest(path):
+            return None  # a cut library may load and end the process later
         found = ctypes.CDLL(str(path))
     except OSError:
         return None
@@ -118,9 +121,9 @@ def _seal(path: Path) -> Path:
 def _write_seal(path: Path) -> None:
     """Write the checksum of a library beside it, whole or not at all, for other processes read it."""
     part = _seal(path).with_name(f".{path.name}.{os.getpid()}")
-    part.write_text(_digest(path), encoding="ascii")
-    part.replace(_seal(path))
+    part.write_bytes(_digest(path))
+    places.keep(part, _seal(path))
 
 
-def _digest(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+def _digest(path: Path) -> bytes:
+    return hashlib.sha256(path.read_bytes()).hexdigest().encode()
