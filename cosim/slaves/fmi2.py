@@ -59,7 +59,7 @@ class FMU2Unmoved(fmi2.FMU2Slave):
         """Return a URI; for an FMU of pythonfmu one that is escaped no further than it reads: %20 is a blank."""
         resources = Path(self.unzipDirectory, "resources")
         escaped = resources.as_uri()
-        if not (resources / "slavemodule.txt").is_file():
+        if "%" not in escaped.replace("%20", "") or not (resources / "slavemodule.txt").is_file():
             return escaped
         path = resources.as_posix()
         if "%20" in path:

@@ -6,8 +6,8 @@ process's working folder.
 
 import ctypes
 import itertools
-import re
 import logging
+import re
 import threading
 import weakref
 from collections.abc import Callable

@@ -13,9 +13,10 @@ from fmus.export.build import build_reference
 ODD = ["ü", "宇", "+", "%", "#", "&", ";", "[", "'", "a b", "~", "%41"]
 
 FLY = """
-import sys
+from cosim.masters.kernel.library import library
 from cosim.slaves.fmi2 import FmuSlave
 from fmus.export.build import build_reference
+library()
 for backend in ("native", "python"):
     slave = FmuSlave("one", build_reference("Sum", backend))
     slave.instantiate()
@@ -41,8 +42,10 @@ def started(path) -> FmuSlave:
 
 @pytest.mark.parametrize("character", ODD)
 def test_fmus_fly_below_a_folder_of_any_name(tmp_path, monkeypatch, character):
-    """In a process of their own: what they do wrong ends it."""
+    """With temporary folders there too. In a process of their own: what they do wrong ends it."""
     monkeypatch.setenv("ADCS_BUILD", str(tmp_path / f"in {character} out"))
+    (tmp_path / f"temporary{character}").mkdir()
+    monkeypatch.setenv("TMPDIR", str(tmp_path / f"temporary{character}"))
     done = subprocess.run([sys.executable, "-c", FLY], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout.split()) == (0, ["native", "python"]), done.stderr
 
