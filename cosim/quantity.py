@@ -2,9 +2,9 @@
 
 import re
 
-_NUMBER = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(.*)$", re.DOTALL)
-_NO_UNIT = re.compile(r"[,._']|\d\d|[xX][0-9a-fA-F]|[bBoO]\d")
-"""How what follows a number begins where it is the rest of a number: of 2,5, 1.2.3, 1_000, 1 000, 0x10, 0b1."""
+_NUMBER = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3}(?!\d))?)(.*)$", re.DOTALL)
+_NO_UNIT = re.compile(r"[,._']|\d\d|[eE][-+]?\d|[xX][0-9a-fA-F]|[bBoO]\d")
+"""How what follows a number begins where it is the rest of a number: of 2,5, 1.2.3, 1_000, 1 000, 0x10, 0b1, 1e1234."""
 
 
 def split_quantity(text: str) -> tuple[str, str] | None:

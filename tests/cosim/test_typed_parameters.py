@@ -95,6 +95,7 @@ def test_what_is_taken(fmu, name, value, expected):
         ("x0", ["2,5"], "it is a scalar, the value is a vector of 1"),
         ("x0", 10**400, "the value is beyond a double, 1.8e308"),
         ("x0", Value("1e999"), "the value inf is not finite"),
+        ("x0", Value("1e1234567890"), f"the value '1e1234567890' is no number and no list of numbers. {NUMBERS}"),
         ("x0", Value("+-inf"), "the value '+-inf' is no number"),
         ("x0", Value("[" * 5000 + "]" * 5000), "is no number and no list of numbers"),
         ("count0", Value("0x10"), f"it is Integer, the value '0x10' is str. {NUMBERS}"),
