@@ -252,6 +252,7 @@ class Prepared:
         if flight.ended_by:
             event = {"time": reached, "variable": flight.ended_by, "meaning": "the FMU ended the run (fmi2Terminated)"}
         result.info |= runinfo.ending(plan.course.schedule, reached, failure, event)
+        result.info |= {"messages": runinfo.messages(flight.crew)}
         result.info |= {"rows": len(result), "loop": {"name": flight.flown.name, "reason": flight.flown.reason}}
         if self._metrics is not None and folder is not None:
             # of a run that failed too; what ended it must not be hidden by what is made of its rows

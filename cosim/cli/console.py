@@ -90,6 +90,15 @@ def write_summary(result: "Result") -> None:
     if info["last_step"] < info["communication_step_size"]:
         span = info["stop_time"] - info["start_time"]
         write(f"the last step is {info['last_step']:g} s: {span:g} s are no multiple of the step")
+    if not result.names:
+        write(
+            "only the time was recorded: no FMU has an input or output; name other variables in Experiment(record=...)"
+        )
+    for name, texts in info.get("messages", {}).items() if info["status"] != "failed" else ():
+        (first, count), *others = texts.items()
+        times = f" ({count} times)" if count > 1 else ""
+        more = f"; {len(others)} more in run.json" if others else ""
+        write(f"{name} says: {first}{times}{more}")
     if outside := out_of_domain(result):
         write(f"the controller was {outside}")
     metrics: Mapping[str, object] = info.get("metrics") or {}

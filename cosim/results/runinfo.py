@@ -4,6 +4,7 @@ import dataclasses
 import os
 import platform
 import sys
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from functools import cache
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from cosim.masters.master import Course
+from cosim.slaves.slave import Slave
 from cosim.system import Experiment, System
 from cosim.system.swap import SwapReport
 from cosim.system.wiring import Port, Wiring
@@ -67,6 +69,11 @@ def process() -> dict[str, Any]:
     """Return which process runs, where, and since when (UTC)."""
     started = f"{datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ}"
     return {"process": os.getpid(), "host": platform.node(), "started": started}
+
+
+def messages(slaves: Mapping[str, Slave]) -> dict[str, dict[str, int]]:
+    """Return what FMUs have logged, by instance: each text once, with how often it came."""
+    return {name: dict(Counter(slave.messages)) for name, slave in slaves.items() if slave.messages}
 
 
 def ending(
