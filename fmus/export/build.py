@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from components.catalog import CATALOG, MODULES
 from fmus import places
-from fmus.errors import BuildError
+from fmus.errors import BuildError, PlaceUnusable
 from fmus.export import references
 from fmus.export.keys import key_of
 from fmus.export.references import Reference
@@ -166,8 +166,12 @@ def _build_and_keep(order: _Order, announce: Callable[[str], None] | None) -> Pa
         made = build(component, Path(place) / path.name, order.backend, order.platforms)
         note = Path(place) / "note"
         note.write_bytes(_note(keys[order.backend], _digest(made), component.python_only))
-        os.replace(made, path)  # it is on the disk
-        places.keep(note, _note_file(path))
+        try:
+            os.replace(made, path)  # it is on the disk
+            places.keep(note, _note_file(path))
+        except OSError as error:
+            reason = f"{path.name} cannot be put there ({error.strerror})"
+            raise PlaceUnusable(path.parent, reason, "Remove that folder; it is made again.") from error
     return path
 
 

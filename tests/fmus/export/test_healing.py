@@ -7,6 +7,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
+from fmus import places
+from fmus.errors import PlaceUnusable
 from fmus.export import build as building
 from fmus.export.build import BACKENDS, build_reference
 
@@ -57,6 +59,14 @@ def test_a_cache_that_is_removed_while_a_process_runs_is_made_again(cache):
     os.rename(cache, cache.with_name("gone"))
     assert build_reference("Sum") == first
     assert first.is_file()
+
+
+def test_what_is_in_the_way_is_told(cache):
+    (places.made(cache / "native") / "Sum.fmu").mkdir()
+    with pytest.raises(PlaceUnusable) as caught:
+        build_reference("Sum")
+    assert str(caught.value).startswith(f"{cache}/native cannot hold what is built: Sum.fmu cannot be put there (")
+    assert str(caught.value).endswith("Remove that folder; it is made again.")
 
 
 BY_THREADS = """
