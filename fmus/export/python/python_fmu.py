@@ -74,7 +74,7 @@ def build_python(component: Component, path: Path, model_name: str | None = None
     resources["requirements.txt"] = REQUIREMENTS.encode()
     resources["slavemodule.txt"] = script_name.encode()
     resources[f"{script_name}.py"] = script
-    package = Path(str(pythonfmu.__file__)).parent
+    package = _pythonfmu()
     for file in sorted(package.glob("*.py")):
         resources[f"pythonfmu/{file.name}"] = file.read_bytes()
     archive = {f"resources/{relative}": data for relative, data in resources.items()}
@@ -82,6 +82,15 @@ def build_python(component: Component, path: Path, model_name: str | None = None
         archive[f"binaries/{binary.parent.name}/{name}{binary.suffix}"] = binary.read_bytes()
     guid = guid_of(BACKEND, write(description), archive)
     return write_fmu(path, {"modelDescription.xml": write(replace(description, guid=guid)), **archive})
+
+
+def _pythonfmu() -> Path:
+    """Return the folder of pythonfmu as installed: an FMU that flew in this process may have brought a copy."""
+    found = [Path(str(pythonfmu.__file__)).parent, *(Path(entry, "pythonfmu") for entry in sys.path)]
+    for folder in found:
+        if (folder / "resources" / "binaries").is_dir():
+            return folder
+    raise BuildError("the package pythonfmu is not installed with its binaries: pip install pythonfmu.")
 
 
 def describe_python(component: Component, model_name: str) -> ModelDescription:

@@ -86,3 +86,21 @@ def test_eight_threads_in_each_of_four_processes_build_one_fmu_at_once(cache):
     fmu = build_reference("Sum", announce=told.append)
     assert told == []
     assert {file.name for file in fmu.parent.iterdir()} == {"Sum.fmu", ".Sum.fmu.key"}
+
+
+# from a warm cache, so that nothing imports pythonfmu before the FMU does
+FLY_THEN_BUILD = """
+import zipfile
+from cosim.slaves.fmi2 import FmuSlave
+from fmus.export.build import build_reference
+slave = FmuSlave("one", build_reference("Sum", "python"))
+slave.instantiate()
+with zipfile.ZipFile(build_reference("HarmonicTorque", "python")) as archive:
+    print(any(name.startswith("binaries/") for name in archive.namelist()))
+"""
+
+
+def test_what_is_built_after_a_python_fmu_has_flown_has_its_binaries(cache):
+    build_reference("Sum", "python")
+    done = subprocess.run([sys.executable, "-c", FLY_THEN_BUILD], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "True\n"), done.stderr
