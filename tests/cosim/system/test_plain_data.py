@@ -224,7 +224,10 @@ class TestInterface:
         ("-3e4 N.m", ("-3e4", "N.m")),
         ("5 1/s", ("5", "1/s")),
         ("0 b", ("0", "b")),
-        *((text, None) for text in ("2,5", "2,5 deg", "0x10", "0b1", "1_000", "1 000", "1.2.3", "1'000", "deg", "1e-1234567890")),
+        *(
+            (text, None)
+            for text in ("2,5", "2,5 deg", "0x10", "0b1", "1_000", "1 000", "1.2.3", "1'000", "deg", "1e-1234567890")
+        ),
     ],
 )
 def test_number_and_unit(text, parts):
