@@ -2,7 +2,8 @@
 
 import ctypes
 import weakref
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from weakref import WeakKeyDictionary
 
 from cosim.errors import CallFailed, NotSupported, SimulationError, status_name
 from cosim.masters.calls import refusal
@@ -16,6 +17,22 @@ from cosim.masters.types import Kind, Texts
 from cosim.masters.watch import LOOK, Watch
 from cosim.slaves.slave import CInterface, Slave
 
+_kept: "WeakKeyDictionary[Slave, tuple[Turns, list[int], Packed]]" = WeakKeyDictionary()
+"""By the first slave of a crew: the turns that it flew last, packed. A crew flies one flight at a time."""
+
+
+def _pack(turns: Turns, slaves: Sequence[Slave], instances: Sequence[CInterface]) -> Packed:
+    """Return turns in C structures, those of the last flight where it was of the same turns and instances."""
+    addresses = [instance.component for instance in instances]
+    kept = _kept.get(slaves[0]) if slaves else None
+    if kept is not None and kept[0] is turns and kept[1] == addresses:
+        kept[2].run.failed_call = 0
+        return kept[2]
+    packed = Packed(turns, instances)
+    if slaves:
+        _kept[slaves[0]] = turns, addresses, packed
+    return packed
+
 
 class Kernel:
     """`Stepping` bit for bit, over slaves that offer C interfaces (library.obstacle)."""
@@ -27,7 +44,7 @@ class Kernel:
         self.slaves = [slaves[turn.component.name] for turn in turns.all]
         found = [slave.c_interface() for slave in self.slaves]
         instances = [interface for interface in found if isinstance(interface, CInterface)]
-        self._packed, self._library = Packed(turns, instances), library()
+        self._packed, self._library = _pack(turns, self.slaves, instances), library()
         self._texts = self._library.kernel_texts()
         self._free = weakref.finalize(self, self._library.kernel_free_texts, self._texts)
         self._numbered = 0
