@@ -220,20 +220,25 @@ class Prepared:
         )
         master = cast(Master, experiment.master if experiment.master is not None else Explicit())
         key = (master, schedule, record, replace(experiment, master=None, record=()))
-        wiring = rewire(self._wiring, with_parameters(self.system, parameters)) if parameters else self._wiring
-        plan = self._plans.get(key)
-        if plan is None or wiring.held != self._wiring.held:  # held values are in the layout
-            timed = master.timed(wiring)
-            course = master.course(timed, schedule, record, experiment.stop_when)
-            info = runinfo.setup(self.system, experiment, timed, course, master, self._paths, self._swaps)
-            plan = _Plan(timed, course, Initialization.of(timed, course.layout), info)
-            if not parameters:
-                self._plans[key] = plan
-        elif parameters:
-            timed = replace(plan.wiring, settings=wiring.settings)
-            info = {**plan.info, "parameters": runinfo.values(timed, timed.settings)}
-            plan = replace(plan, initialization=plan.initialization.with_settings(timed), info=info)
-        return plan
+        if key not in self._plans:
+            self._plans[key] = self._planned(self._wiring, schedule, master, experiment, record)
+        plan = self._plans[key]
+        if not parameters:
+            return plan
+        wiring = rewire(self._wiring, with_parameters(self.system, parameters))
+        if wiring.held != self._wiring.held:  # held values are in the layout
+            return self._planned(wiring, schedule, master, experiment, record)
+        timed = replace(plan.wiring, settings=wiring.settings)
+        info = {**plan.info, "parameters": runinfo.values(timed, timed.settings)}
+        return replace(plan, initialization=plan.initialization.with_settings(timed), info=info)
+
+    def _planned(
+        self, wiring: Wiring, schedule: Schedule, master: Master, experiment: Experiment, record: tuple[str, ...]
+    ) -> _Plan:
+        timed = master.timed(wiring)
+        course = master.course(timed, schedule, record, experiment.stop_when)
+        info = runinfo.setup(self.system, experiment, timed, course, master, self._paths, self._swaps)
+        return _Plan(timed, course, Initialization.of(timed, course.layout), info)
 
     def _result(
         self, plan: _Plan, flight: "_Flight", folder: Path | None, format: str
