@@ -20,7 +20,7 @@ from cosim.system import Connection, Experiment, System
 from fmus.description.errors import SimulationError
 
 from . import both, tiny_fmu
-from .c_fmu import build, integer, real
+from .c_fmu import C, build, integer, real
 from .fakes import Clock, Integrator
 from .typed_fmu import typed
 
@@ -383,3 +383,40 @@ def test_a_system_of_a_connection_is_wired_once(monkeypatch, tmp_path):
             result = prepared.fly(both.experiment(), parameters={"a.k": k})
             assert result["a.y"][-1] == pytest.approx(k)
     assert len(calls) == 1
+
+
+class TestTheKernelKeepsWhatItHasPacked:
+    """From flight to flight, of the same turns and instances: neither a failure nor an old instance may stay in it."""
+
+    STEP = "if (k > 5 && t > 0.25) return fmi2Error; m->state[0] += h;"
+    VARIABLES = (real("k", "parameter", start=1.0), real("y"))
+
+    def fly_around(self, path, parameters):
+        """The tables of a first and a last flight, of more rows than a block has; `parameters` fail one between."""
+        with flights.prepare(both.of({"a": path}, [])) as prepared:
+            first = prepared.fly(both.experiment(stop=500.0)).table
+            if parameters:
+                with pytest.raises(StepFailed):
+                    prepared.fly(both.experiment(stop=500.0), parameters=parameters)
+            return first, prepared.fly(both.experiment(stop=500.0)).table
+
+    def test_a_flight_after_one_that_failed(self, tmp_path):
+        path = build(tmp_path, "Fails", self.VARIABLES, outputs="y = m->state[0];", step=self.STEP)
+        first, last = self.fly_around(path, {"a.k": 9.0})
+        assert last.equals(first)
+
+    def test_a_flight_of_an_instance_that_was_made_anew_elsewhere(self, tmp_path):
+        """It cannot be reset, and the memory of the old one is not used again."""
+        template = C.replace("{ free(c); }", "{ (void)c; }", 1)
+        assert template != C
+        path = build(
+            tmp_path,
+            "Anew",
+            self.VARIABLES,
+            outputs="y = m->state[0];",
+            step=self.STEP,
+            reset="return fmi2Error;",
+            template=template,
+        )
+        first, last = self.fly_around(path, {})
+        assert last.equals(first)
