@@ -1,7 +1,7 @@
 """A component: declared variables and the equations between them. Everything else is derived from these."""
 
 import inspect
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import cached_property
 from typing import Any, ClassVar, cast
@@ -52,6 +52,8 @@ class Component:
                 raise ComponentError(self.name, f"structural parameter {n} = {value!r} is not a whole number >= 0.")
             setattr(self, n, value)
         declared = _merge(self.name, _declared(type(self)), self.declare())
+        has_states = any(type(v) is State for v in declared.values())
+        declared = _merge(self.name, declared, self._solver(has_states))
         unknown = [n for n in values if n not in declared]
         if unknown:
             known = [*structural, *declared]
@@ -91,29 +93,34 @@ class Component:
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters as declared, then those of the solver.
+        """Parameters as declared, then those of the solver."""
+        return self._of(Parameter)
+
+    def _solver(self, states: bool) -> dict[str, Parameter]:
+        """Return the parameters of the solver by name.
 
         Continuous states have `solver.step`. A sampled component has `sample_time` and `solver.commit_shown`: a master
         that sets the inputs of the step's end before the step (after_step) must not have them taken for the sample at
         its start.
         """
-        own: list[Parameter] = list(self._of(Parameter))
         if self.sampled:
-            doc = "time between two samples"
-            own.append(Parameter(name="sample_time", unit="s", start=np.array(float(self.sample_time)), doc=doc))
             doc = "1: a sample is taken with the inputs as when its outputs were last shown, 0: as set before the step"
-            own.append(Parameter(name="solver.commit_shown", unit="1", start=np.array(0.0), doc=doc))
-        elif self.states and not self.python_only:
-            doc = "largest internal integration step"
-            start = np.array(float(self.solver_step))
-            own.append(Parameter(name="solver.step", unit="s", start=start, tunable=True, doc=doc))
-        return tuple(own)
+            return {
+                "sample_time": Parameter(unit="s", start=self.sample_time, doc="time between two samples"),
+                "solver.commit_shown": Parameter(unit="1", doc=doc),
+            }
+        if not states or self.python_only:
+            return {}
+        doc = "largest internal integration step"
+        return {"solver.step": Parameter(unit="s", start=self.solver_step, tunable=True, doc=doc)}
 
     @cached_property
     def calculated_parameters(self) -> tuple[CalculatedParameter, ...]:
         """Calculated parameters; tunable where one depends on a tunable parameter."""
         declared: tuple[CalculatedParameter, ...] = self._of(CalculatedParameter)
-        return tuple(replace(c, tunable=any(p.tunable for p in self._of(Parameter))) for c in declared)
+        solver = self._solver(bool(self.states))  # nothing is calculated of these
+        tunable = any(p.tunable for p in self.parameters if p.name not in solver)
+        return tuple(replace(c, tunable=tunable) for c in declared)
 
     @cached_property
     def inputs(self) -> tuple[Input, ...]:
@@ -248,7 +255,7 @@ def _declared(cls: type) -> dict[str, Variable]:
     return found
 
 
-def _merge(component: str, found: dict[str, Variable], further: dict[str, Variable]) -> dict[str, Variable]:
+def _merge(component: str, found: dict[str, Variable], further: Mapping[str, Variable]) -> dict[str, Variable]:
     """Return the declarations with further ones added; one that is there already keeps its unit and shape."""
     merged = dict(found)
     for name, value in further.items():

@@ -54,14 +54,14 @@ def build_system(
         wiring = wire(found, read_descriptions(found, Library(backend, note)))
         for instance, reference in found.components.items():
             if not reference.endswith(".fmu"):
-                values = _start_values(wiring, instance)
+                values = start_values(wiring, instance)
                 paths.append(build_reference(reference, backend, platforms, place, values, instance, note))
             else:
                 note(f"{instance} is {reference} as it is")
     return paths
 
 
-def _start_values(wiring: Wiring, instance: str) -> dict[str, Any]:
+def start_values(wiring: Wiring, instance: str) -> dict[str, Any]:
     """Return what a system sets and holds in an instance, as whole arrays in the FMU's own units."""
     fmu = wiring.descriptions[instance]
     scalars = {p.variable: v for p, v in {**wiring.settings, **wiring.held}.items() if p.component == instance}

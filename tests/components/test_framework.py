@@ -141,7 +141,7 @@ ERRORS = {
     "structure float": (lambda: Lag(n=2.0), "Lag: structural parameter n = 2.0 is not a whole number >= 0."),
     "unknown name": (
         lambda: Lag(TT=1),
-        "Lag: no variable 'TT'. Did you mean 'T'? Variables: n, K, T, rate, u, x, y, w.",
+        "Lag: no variable 'TT'. Did you mean 'T'? Variables: n, K, T, rate, u, x, y, w, solver.step.",
     ),
     "wrong shape": (lambda: Lag(u=[1, 2]), "Lag: u: start value has shape (2,), declared shape is (3,)."),
     "no number": (lambda: Lag(T="fast"), "Lag: T: could not convert string to float: 'fast'."),

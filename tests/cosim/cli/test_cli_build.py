@@ -8,6 +8,7 @@ import zipfile
 from dataclasses import replace
 
 import fmpy
+import pytest
 from fmpy.validation import validate_fmu
 from numpy.testing import assert_array_equal
 
@@ -60,12 +61,12 @@ class TestBuild:
         assert made.err == "building PD (python)\n"
         assert "resources/source/pd.py" in zipfile.ZipFile(folder / "made" / "PD.fmu").namelist()
 
-    def test_a_system_gives_an_fmu_per_instance_that_flies_without_parameters(self, adcs, folder):
-        made = adcs("build", "zhang2018-ppatc")
-        instances = ["guidance", "environment", "controller", "plant"]
-        files = {name: f"zhang2018-ppatc/{name}.fmu" for name in instances}
+    @pytest.mark.parametrize("name", ["zhang2018-ppatc", "ye2016-adaptive"])
+    def test_a_system_gives_an_fmu_per_instance_that_flies_without_parameters(self, adcs, folder, name):
+        system, experiment = scenario(name)
+        made = adcs("build", name)
+        files = {instance: f"{name}/{instance}.fmu" for instance in system.components}
         assert made.out.split() == list(files.values())
-        system, experiment = scenario("zhang2018-ppatc")
         short = replace(experiment, stop_time=0.2, every=1)
         bare = replace(system, components=files, parameters={}, vehicle={})
         assert simulate(bare, short).table.equals(simulate(system, short).table)
