@@ -1,17 +1,13 @@
 """The closed loop of geng2012 from its components, for tests."""
 
 import numpy as np
+from published import as_in, published
 
-from components.actuators.cmg_cluster import CmgCluster
-from components.actuators.cmg_steering import CmgSteering
-from components.controllers.integral_sliding_mode import IntegralSlidingMode
-from components.environment.harmonic_torque import HarmonicTorque
-from components.estimators.modal_observer import ModalObserver
-from components.guidance.attitude_step import AttitudeStep
-from components.plants.flexible_spacecraft import FlexibleSpacecraft
+from components.framework import Component
+from components.numbers.geng2012 import J
 
+COMPENSATED = "geng2012-compensated"
 DEGREE = np.pi / 180
-A0 = 1.5e-5  # N m
 MOTION = ("q_BN", "omega_BN_B")
 REFERENCE = ("q_RN", "omega_RN_R", "omega_dot_RN_R")
 CONNECTIONS = [
@@ -39,30 +35,12 @@ def start(part, name):
     return next(v.start for v in part.parameters if v.name == name)
 
 
-def plant(mismatch=1.2, **values) -> FlexibleSpacecraft:
+def plant(mismatch=1.2, **values) -> Component:
     """The paper's vehicle at rest, its inertia off by a factor."""
-    law = IntegralSlidingMode()
-    elastic = {n: start(law, n) for n in ("delta", "Omega", "zeta")}
-    rest = dict(J=mismatch * start(law, "J"), q_BN=[1, 0, 0, 0], omega_BN_B=[0, 0, 0])
-    return FlexibleSpacecraft(**{"modes": 4, **elastic, **rest, **values})
+    return as_in(COMPENSATED, "plant")(J=mismatch * np.array(J), **values)
 
 
-def loop(observer=None, **law):
+def loop(observer=None, **law) -> dict[str, Component]:
     """Components of configuration N."""
-    return {
-        "guidance": AttitudeStep(),
-        "environment": HarmonicTorque(
-            bias=[A0, 0, A0], sine=[0, 1.5 * A0, 3 * A0], cosine=[3 * A0, 3 * A0, 0], frequency=-0.0011
-        ),
-        "controller": IntegralSlidingMode(**law),
-        "observer": observer or ModalObserver(),
-        "steering": CmgSteering(),
-        "actuators": CmgCluster(
-            gimbals=2,
-            gimbal_axes_B=[[0, 0], [0, 0], [1, 1]],
-            rotor_axes_B=[[1, 1], [0, 0], [0, 0]],
-            rotor_momentum=15.0,
-            gimbal_angle=[np.pi / 4, 5 * np.pi / 4],
-        ),
-        "plant": plant(),
-    }
+    found = published(COMPENSATED, controller=law)
+    return found if observer is None else found | {"observer": observer}

@@ -1,13 +1,10 @@
 """The closed loop of ye2016 as components and connections, and once more in numpy from its equations, with MRP."""
 
 import numpy as np
+from published import published
 from scipy.integrate import solve_ivp
 
-from components.actuators.cmg_cluster import CmgCluster
-from components.controllers.hybrid_adaptive import HybridAdaptive
 from components.framework import Component
-from components.guidance.body_rate_sinusoid import BodyRateSinusoid
-from components.plants.flexible_spacecraft import FlexibleSpacecraft
 from cosim.studies.papers.ye2016 import system
 
 CONNECTIONS = [
@@ -36,12 +33,7 @@ KNOWN = OFF | {"Theta_F": system.unknown_momentum(), "Theta_c": _C, "Theta_w": _
 
 def loop(**controller) -> dict[str, Component]:
     """The components with the paper's numbers, and with values of the controller."""
-    return {
-        "plant": FlexibleSpacecraft(modes=0, J=np.array(system.J), q_BN=[1, 0, 0, 0], omega_BN_B=0.0),
-        "actuators": CmgCluster(wheel_speed=system.WHEEL_SPEED, **DEVIATIONS),
-        "controller": HybridAdaptive(**controller),
-        "guidance": BodyRateSinusoid(),
-    }
+    return published("ye2016-adaptive", controller=controller)
 
 
 def skew(a):

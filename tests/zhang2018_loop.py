@@ -1,10 +1,8 @@
 """The closed loop of zhang2018 as components and connections."""
 
-from components.controllers.euler_tracking import EulerTracking
-from components.environment.harmonic_torque import HarmonicTorque
+from published import as_in
+
 from components.framework import Component
-from components.guidance.euler_sinusoid import EulerSinusoid
-from components.plants.flexible_spacecraft import FlexibleSpacecraft
 
 CONNECTIONS = [
     ("plant.q_BN", "controller.q_BN"),
@@ -18,11 +16,12 @@ CONNECTIONS = [
 HALF = dict(K=(0.25, 0.05, 0.25), tau_w=0.25, tau_mu=0.25)
 
 
-def loop(controller: EulerTracking, **plant) -> dict[str, Component]:
+def loop(controller: Component, **plant) -> dict[str, Component]:
     """The components with a controller, and with start values of the plant."""
+    of = {name: as_in("zhang2018-ppatc", name) for name in ("plant", "guidance", "environment")}
     return {
-        "plant": FlexibleSpacecraft(**plant),
+        "plant": of["plant"](**plant),
         "controller": controller,
-        "guidance": EulerSinusoid(),
-        "environment": HarmonicTorque(),
+        "guidance": of["guidance"](),
+        "environment": of["environment"](),
     }

@@ -23,7 +23,6 @@ Limits: gyros with parallel gimbal axes; two equal ones have m = n (1 - n/4), n 
 wherever their momentum h is zero. What a limit cuts is not made up for later.
 """
 
-from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -32,7 +31,7 @@ from ..framework import Component, Condition, Input, Output, Parameter, flag_con
 from ..mathematics import allocation, axes
 from ..mathematics.limits import saturated
 from ..mathematics.vectors import length
-from ..numbers import geng2012
+from ..numbers import neutral
 from ..vehicle import DEGREE, MomentumStorage, StorageLimits, limit_conditions
 
 
@@ -40,28 +39,28 @@ class CmgSteering(Component):
     gimbals: int = 2  # structural: gyros with parallel gimbal axes
     wheels: int = 3  # structural: reaction wheels
 
-    rotor_momentum = replace(MomentumStorage.rotor_momentum, start=geng2012.ROTOR_MOMENTUM)
+    rotor_momentum = MomentumStorage.rotor_momentum
     spin_axes_B = MomentumStorage.spin_axes_B
     wheel_inertia = MomentumStorage.wheel_inertia
-    gimbal_rate_limit = replace(StorageLimits.gimbal_rate_limit, start=geng2012.RATE_LIMIT)
-    gimbal_dead_zone = replace(StorageLimits.gimbal_dead_zone, start=geng2012.DEAD_ZONE * DEGREE)
+    gimbal_rate_limit = StorageLimits.gimbal_rate_limit
+    gimbal_dead_zone = StorageLimits.gimbal_dead_zone
     plane_torque_limit = Parameter(
-        unit="N.m", start=geng2012.PLANE_TORQUE, doc="largest torque commanded in the x-y plane"
+        unit="N.m", start=neutral.NO_LIMIT, doc="largest torque commanded in the x-y plane; 1e9: none"
     )
-    wheel_torque_limit = replace(StorageLimits.wheel_torque_limit, start=geng2012.WHEEL_TORQUE)
+    wheel_torque_limit = StorageLimits.wheel_torque_limit
     trim_wheels = Parameter(
         unit="1",
         start=1.0,
         doc="1: wheels give what the gyros do not, 0: its z part only, 2: all of it in the end phase",
     )
     hand_over = Parameter(unit="1", start=1.0, doc="1: the gyros fade out near the reference, 0: c = 1")
-    near = Parameter(unit="rad", start=geng2012.NEAR * DEGREE, display_unit="deg", doc="|e| + T |w| where c is 0")
-    far = Parameter(unit="rad", start=geng2012.FAR * DEGREE, display_unit="deg", doc="|e| + T |w| where c is 1")
-    hand_over_time = Parameter(unit="s", start=geng2012.HAND_OVER_TIME, doc="T, weight of the rate in the hand-over")
-    lambda_0 = Parameter(unit="1", start=geng2012.LAMBDA_0, doc="lambda of a singular cluster")
-    alpha = Parameter(unit="1", start=geng2012.ALPHA, doc="how fast lambda falls with the measure of singularity")
-    k_0 = Parameter(unit="1", start=geng2012.K_0, doc="amplitude of the off-diagonal weight k")
-    k_frequency = Parameter(unit="rad/s", start=geng2012.K_FREQUENCY, doc="frequency of the off-diagonal weight k")
+    near = Parameter(unit="rad", start=0.3 * DEGREE, display_unit="deg", doc="|e| + T |w| where c is 0")
+    far = Parameter(unit="rad", start=1.0 * DEGREE, display_unit="deg", doc="|e| + T |w| where c is 1")
+    hand_over_time = Parameter(unit="s", start=4.0, doc="T, weight of the rate in the hand-over")
+    lambda_0 = Parameter(unit="1", start=0.01, doc="lambda of a singular cluster")
+    alpha = Parameter(unit="1", start=10.0, doc="how fast lambda falls with the measure of singularity")
+    k_0 = Parameter(unit="1", start=0.1, doc="amplitude of the off-diagonal weight k")
+    k_frequency = Parameter(unit="rad/s", start=1.0, doc="frequency of the off-diagonal weight k")
 
     tau_command_B = Input(unit="N.m", shape=(3,), doc="torque wanted on the hub")
     attitude_error = Input(unit="rad", shape=(3,), display_unit="deg", nominal=1e-2, doc="attitude error, for c")

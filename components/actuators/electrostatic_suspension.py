@@ -17,13 +17,13 @@ import casadi as ca
 from ..framework import Component, Condition, Input, Output, Parameter, State, not_negative
 from ..mathematics.noise import white
 from ..mathematics.slewing import quantised, slewed, start_conditions
-from ..numbers import li2014
+from ..numbers import neutral
 
 
 class ElectrostaticSuspension(Component):
-    sample_time = li2014.SAMPLE
+    sample_time = neutral.SAMPLE
 
-    torque_limit = Parameter(unit="N.m", shape=(3,), start=li2014.SUSPENSION_TORQUE, doc="largest torque, each axis")
+    torque_limit = Parameter(unit="N.m", shape=(3,), start=neutral.NO_LIMIT, doc="largest torque, each axis; 1e9: none")
     torque_rate = Parameter(unit="N.m/s", shape=(3,), doc="fastest change of the torque; 0: no limit")
     torque_quantum = Parameter(unit="N.m", shape=(3,), doc="step of the torque; 0: none")
     torque_noise = Parameter(unit="N.m/Hz(1/2)", shape=(3,), doc="spectral density of the torque noise")

@@ -20,8 +20,6 @@ vehicle's J, and m_w what it takes to turn the rotor with the body. A saturated 
 
 from typing import Any
 
-import numpy as np
-
 from ..framework import (
     ActuatorCluster,
     CalculatedParameter,
@@ -35,32 +33,25 @@ from ..framework import (
 )
 from ..mathematics.axes import axis_conditions, pseudo_inverse
 from ..mathematics.limits import saturated, stopped
-from ..numbers import xiao2011
-
-UNLIMITED = 1e9
-
-
-def _axes(component: Any) -> np.ndarray:
-    """Return the body axes for three wheels; else a pyramid about z whose axes lie 35.26 deg above its base."""
-    n = component.wheels
-    if n == 3:
-        return np.eye(3)
-    angle = 2 * np.pi * np.arange(n) / n
-    return np.vstack([np.sqrt(2 / 3) * np.cos(angle), np.sqrt(2 / 3) * np.sin(angle), np.full(n, np.sqrt(1 / 3))])
+from ..numbers import neutral
 
 
 class ReactionWheels(Component):
     ports = ActuatorCluster
     wheels: int = 3  # structural: number of wheels
 
-    spin_axes_B = Parameter(unit="1", shape=(3, "wheels"), start=_axes, doc="spin axes, a column a wheel")
+    spin_axes_B = Parameter(
+        unit="1", shape=(3, "wheels"), start=lambda c: neutral.wheel_axes(c.wheels), doc="spin axes, a column a wheel"
+    )
     torque_limit = Parameter(
-        unit="N.m", shape=("wheels",), start=xiao2011.U_MAX, doc="largest motor torque of a wheel; 1e9: none"
+        unit="N.m", shape=("wheels",), start=neutral.NO_LIMIT, doc="largest motor torque of a wheel; 1e9: none"
     )
     momentum_limit = Parameter(
-        unit="N.m.s", shape=("wheels",), start=UNLIMITED, doc="largest momentum of a wheel; 1e9: none"
+        unit="N.m.s", shape=("wheels",), start=neutral.NO_LIMIT, doc="largest momentum of a wheel; 1e9: none"
     )
-    rotor_inertia = Parameter(unit="kg.m2", shape=("wheels",), start=0.05, doc="inertia of a rotor about its axis")
+    rotor_inertia = Parameter(
+        unit="kg.m2", shape=("wheels",), start=neutral.WHEEL_INERTIA, doc="inertia of a rotor about its axis"
+    )
     friction = Parameter(unit="N.m.s/rad", shape=("wheels",), doc="viscous friction torque per wheel speed")
     allocation = CalculatedParameter(unit="1", shape=("wheels", 3), doc="pseudo-inverse of the spin axes")
 

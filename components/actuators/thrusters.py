@@ -5,9 +5,8 @@
 
 Frames: S satellite body. Symbols: T sample_time; each axis has its own limits, so that a pair that only pushes one way
 (an ion thruster against the drag) has a lower limit above zero.
-Source: ranges chosen for H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite,
-Computing Technology and Automation 33(2), 2014, which names its thrusters only: x an ion thruster of 1 to 20 mN,
-2.5 mN/s, 12 uN, 12 uN/sqrt(Hz) as the GOCE one; y, z micro-thrusters of +-0.65 mN; torques of +-1 mN m.
+Source: made for H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
+Technology and Automation 33(2), 2014, which names its thrusters only.
 Invariants: without noise the limits hold at every sample.
 Limits: no geometry of nozzles, no coupling of the axes, no mass flow. The noise is added after the limits. An axis with
 both limits on one side of zero cannot be switched off, at the start neither.
@@ -20,26 +19,18 @@ import casadi as ca
 from ..framework import Component, Condition, Input, Output, Parameter, State, not_negative
 from ..mathematics.noise import white
 from ..mathematics.slewing import quantised, slewed, start_conditions
-from ..numbers import li2014
-
-(LEAST, MOST), MICRO = li2014.THRUST, li2014.MICRO
+from ..numbers import neutral
 
 
 class Thrusters(Component):
-    sample_time = li2014.SAMPLE
+    sample_time = neutral.SAMPLE
 
-    force_lower = Parameter(unit="N", shape=(3,), start=(LEAST, -MICRO, -MICRO), doc="least force, each axis")
-    force_upper = Parameter(unit="N", shape=(3,), start=(MOST, MICRO, MICRO), doc="largest force, each axis")
-    force_rate = Parameter(
-        unit="N/s", shape=(3,), start=(li2014.THRUST_RATE, 0, 0), doc="fastest change of the force; 0: no limit"
-    )
-    force_quantum = Parameter(
-        unit="N", shape=(3,), start=(li2014.THRUST_QUANTUM, 0, 0), doc="step of the force; 0: none"
-    )
-    force_noise = Parameter(
-        unit="N/Hz(1/2)", shape=(3,), start=(li2014.THRUST_NOISE, 0, 0), doc="density of the force noise"
-    )
-    torque_limit = Parameter(unit="N.m", shape=(3,), start=li2014.THRUSTER_TORQUE, doc="largest torque, each axis")
+    force_lower = Parameter(unit="N", shape=(3,), start=-neutral.NO_LIMIT, doc="least force, each axis; -1e9: none")
+    force_upper = Parameter(unit="N", shape=(3,), start=neutral.NO_LIMIT, doc="largest force, each axis; 1e9: none")
+    force_rate = Parameter(unit="N/s", shape=(3,), doc="fastest change of the force; 0: no limit")
+    force_quantum = Parameter(unit="N", shape=(3,), doc="step of the force; 0: none")
+    force_noise = Parameter(unit="N/Hz(1/2)", shape=(3,), doc="density of the force noise")
+    torque_limit = Parameter(unit="N.m", shape=(3,), start=neutral.NO_LIMIT, doc="largest torque, each axis; 1e9: none")
     torque_rate = Parameter(unit="N.m/s", shape=(3,), doc="fastest change of the torque; 0: no limit")
     torque_quantum = Parameter(unit="N.m", shape=(3,), doc="step of the torque; 0: none")
     torque_noise = Parameter(unit="N.m/Hz(1/2)", shape=(3,), doc="density of the torque noise")
@@ -47,8 +38,8 @@ class Thrusters(Component):
 
     f_command_S = Input(unit="N", shape=(3,), nominal=1e-2, doc="force wanted on the satellite")
     tau_command_S = Input(unit="N.m", shape=(3,), nominal=1e-3, doc="torque wanted on the satellite")
-    f_last = State(unit="N", shape=(3,), start=(LEAST, 0, 0), nominal=1e-2, doc="force without quantisation and noise")
-    f_now = State(unit="N", shape=(3,), start=(LEAST, 0, 0), nominal=1e-2, doc="force since the last sample")
+    f_last = State(unit="N", shape=(3,), nominal=1e-2, doc="force without quantisation and noise")
+    f_now = State(unit="N", shape=(3,), nominal=1e-2, doc="force since the last sample")
     tau_last = State(unit="N.m", shape=(3,), nominal=1e-3, doc="torque without quantisation and noise")
     tau_now = State(unit="N.m", shape=(3,), nominal=1e-3, doc="torque since the last sample")
     f_S = Output(unit="N", shape=(3,), nominal=1e-2, doc="force on the satellite")

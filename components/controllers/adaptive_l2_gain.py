@@ -20,7 +20,8 @@ e1 = 0. With true f, g: V3 = sum z1^2/T^2 + e2^2 + |W_f~|^2 T^2/c1 + |W_g~|^2/(c
 Frames: B body, R reference. Symbols: rows of W_f, W_g are axes.
 Source: B. Xiao, Q. Hu, G. Ma, Adaptive L2-gain controller for flexible spacecraft attitude tracking, Control Theory &
 Applications 28(1), 2011, section 3. Changed: z2, not e2, in (18) as its proof has it; floor, projection and J_n are not
-in it; (1a)-(1c) are numbers of this file. The start weights are draws from (0, 1), as the paper says.
+in it; (1a)-(1c) are numbers of this file. The start weights make g_hat = 1 / J_n at the centres; the paper draws them
+from (0, 1).
 Invariants: (32) while the floor is not reached; at theta = w_e = 0, W_f = 0, e1 = 0 no torque.
 Limits: near a pitch of 90 deg (0.06 deg) `gimbal_lock` reports it and |cos| counts as 1e-3: the torque is bounded and
 means nothing. No feedforward of the reference's acceleration: f_hat learns it. X vanishes beyond some 3 rad: the floor
@@ -28,7 +29,7 @@ acts, `floor_active` reports it. With the printed scale (J_n = 1 kg m^2) it does
 does not hold while saturated.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -39,7 +40,6 @@ from ..framework import (
     AttitudeController,
     Component,
     Condition,
-    Input,
     Output,
     Parameter,
     State,
@@ -50,11 +50,8 @@ from ..framework import (
 from ..mathematics import euler, quaternion
 from ..mathematics.limits import floored, saturated
 from ..mathematics.rbf import gaussian
-from ..numbers import xiao2011
+from ..numbers import neutral
 from ..vehicle import DEGREE
-
-START_Q_BN = euler.quaternion_from_321(ca.DM(xiao2011.initial_angles()))
-START_OMEGA_BN_B = quaternion.dcm(START_Q_BN) @ ca.DM([0, -xiao2011.ORBIT_RATE, 0])
 
 
 @dataclass(frozen=True)
@@ -75,55 +72,34 @@ class Law:
 
 class AdaptiveL2Gain(Component):
     ports = AttitudeController
-    nodes: int = xiao2011.NODES  # structural: nodes of the networks
+    nodes: int = 5  # structural: nodes of the networks
 
-    J = replace(vehicle.J, start=np.diag(xiao2011.INERTIA))
+    J = vehicle.J
     normalised = Parameter(unit="1", start=1.0, doc="1: weights of g in units of 1/J_ii, 0: of 1/(kg m^2), as printed")
     torque_limit = Parameter(
-        unit="N.m", shape=(3,), start=xiao2011.U_MAX, doc="u_max, limit per body axis; 1e9: none (Theorem 1)"
+        unit="N.m", shape=(3,), start=neutral.NO_LIMIT, doc="u_max, limit per body axis; 1e9: none (Theorem 1)"
     )
-    time_unit = Parameter(unit="s", start=1.0, doc="T, unit of time of the gains and of the widths")
-    k_theta = Parameter(unit="1", start=xiao2011.K, doc="k, gain of the angles")
-    p1 = Parameter(unit="1", start=xiao2011.P_1, doc="gain of the filtered error, rate of the auxiliary system")
-    gamma_l2 = Parameter(unit="1", start=xiao2011.GAMMA, doc="gamma, L2 gain that is asked for")
-    c1 = Parameter(unit="1", start=xiao2011.C_1, doc="adaptation gain of the weights of f")
-    c2 = Parameter(unit="1", start=xiao2011.C_2, doc="adaptation gain of the weights of g")
-    g_min = Parameter(unit="1/(kg.m2)", start=xiao2011.G_MIN, nominal=1e-3, doc="floor of the estimated input gain")
+    time_unit = Parameter(unit="s", start=5.0, doc="T, unit of time of the gains and of the widths")
+    k_theta = Parameter(unit="1", start=0.5, doc="k, gain of the angles")
+    p1 = Parameter(unit="1", start=1.0, doc="gain of the filtered error, rate of the auxiliary system")
+    gamma_l2 = Parameter(unit="1", start=1.0, doc="gamma, L2 gain that is asked for")
+    c1 = Parameter(unit="1", start=1.0, doc="adaptation gain of the weights of f")
+    c2 = Parameter(unit="1", start=0.1, doc="adaptation gain of the weights of g")
+    g_min = Parameter(unit="1/(kg.m2)", start=1e-3, nominal=1e-3, doc="floor of the estimated input gain")
     theta_centres = Parameter(unit="rad", shape=(3, "nodes"), doc="centres in theta, a column a node")
     theta_dot_centres = Parameter(unit="rad/s", shape=(3, "nodes"), doc="centres in theta', a column a node")
-    theta_width = Parameter(
-        unit="rad", start=xiao2011.SIGMA, doc="sigma, width of the nodes; in theta' it is sigma / T"
-    )
-
-    q_BN = Input(unit="1", shape=(4,), start=START_Q_BN.full().ravel(), doc="attitude of the body, scalar first")
-    omega_BN_B = Input(
-        unit="rad/s",
-        shape=(3,),
-        start=START_OMEGA_BN_B.full().ravel(),
-        display_unit="deg/s",
-        nominal=1e-2,
-        doc="body rate",
-    )
-    omega_RN_R = Input(
-        unit="rad/s",
-        shape=(3,),
-        start=(0.0, -xiao2011.ORBIT_RATE, 0.0),
-        display_unit="deg/s",
-        nominal=1e-2,
-        doc="rate of the reference",
-    )
+    theta_width = Parameter(unit="rad", start=1.0, doc="sigma, width of the nodes; in theta' it is sigma / T")
 
     W_f = State(
         unit="1/s2",
         shape=(3, "nodes"),
-        start=lambda c: xiao2011.initial_weights(c.nodes)[0],
         nominal=0.1,
         doc="weights of f, a row an axis",
     )
     W_g = State(
         unit="1",
         shape=(3, "nodes"),
-        start=lambda c: xiao2011.initial_weights(c.nodes)[1],
+        start=lambda c: 1 / max(c.nodes, 1),
         doc="weights of g times J_n, a row an axis",
     )
     e1 = State(unit="rad/s", shape=(3,), output=True, nominal=1e-2, doc="auxiliary system")

@@ -41,8 +41,7 @@ from ..framework import (
 from ..framework.ports import NO_ROTATION
 from ..mathematics import euler, quaternion
 from ..mathematics.rbf import gaussian
-from ..numbers import li2014
-from ..vehicle import inertia_conditions, quaternion_condition
+from ..vehicle import DEGREE, inertia_conditions, quaternion_condition
 
 
 def _grid(component: Any) -> np.ndarray:
@@ -63,29 +62,25 @@ class DragFreeBackstepping(Component):
     D = drag_free.D
     K_r = drag_free.K_r
     D_r = drag_free.D_r
-    stiffness = Parameter(
-        unit="1/s2", shape=(3,), start=li2014.STIFFNESS, doc="lambda of the loops r_rel, satellite, test mass"
-    )
-    k_1 = Parameter(unit="1/s", shape=(3,), start=li2014.K_1, doc="k1 of the three loops")
-    k_2 = Parameter(unit="1/s", shape=(3,), start=li2014.K_2, doc="k2 of the three loops")
-    Gamma = Parameter(
-        unit="s2", shape=(3,), start=li2014.GAMMA, doc="weight of the networks' errors, of the three loops"
-    )
+    stiffness = Parameter(unit="1/s2", shape=(3,), start=0.01, doc="lambda of the loops r_rel, satellite, test mass")
+    k_1 = Parameter(unit="1/s", shape=(3,), start=0.1, doc="k1 of the three loops")
+    k_2 = Parameter(unit="1/s", shape=(3,), start=0.1, doc="k2 of the three loops")
+    Gamma = Parameter(unit="s2", shape=(3,), start=1.0, doc="weight of the networks' errors, of the three loops")
     network = Parameter(unit="1", start=1.0, doc="1: the networks learn, 0: their weights stay as they start")
     consistent_feedforward = Parameter(unit="1", start=0.0, doc="1: loop 3 gets W_2^T h_2 too, 0: the paper's law")
     centres = Parameter(unit="1", shape=(2, "nodes"), start=_grid, doc="centres in (x1, x2), a column a node, scaled")
-    width = Parameter(unit="1", start=li2014.WIDTH, doc="width of the nodes, scaled")
-    scale_r = Parameter(unit="m", start=li2014.SCALE_R, display_unit="mm", doc="s1 of loop 1")
-    scale_v = Parameter(unit="m/s", start=li2014.SCALE_V, doc="s2 of loop 1")
-    scale_angle = Parameter(unit="rad", shape=(2,), start=li2014.SCALE_ANGLE, doc="s1 of loops 2 and 3")
-    scale_rate = Parameter(unit="rad/s", shape=(2,), start=li2014.SCALE_RATE, doc="s2 of loops 2 and 3")
+    width = Parameter(unit="1", start=0.5, doc="width of the nodes, scaled")
+    scale_r = Parameter(unit="m", start=1e-3, display_unit="mm", doc="s1 of loop 1")
+    scale_v = Parameter(unit="m/s", start=1e-3, doc="s2 of loop 1")
+    scale_angle = Parameter(unit="rad", shape=(2,), start=2e-2, doc="s1 of loops 2 and 3")
+    scale_rate = Parameter(unit="rad/s", shape=(2,), start=2e-2, doc="s2 of loops 2 and 3")
     f_feedforward_S = Parameter(unit="N", shape=(3,), nominal=1e-2, doc="force added to the command: known mean drag")
 
-    r_rel = Input(unit="m", shape=(3,), start=drag_free.START_R_REL, nominal=1e-3, doc="test mass in its cage, S axes")
+    r_rel = Input(unit="m", shape=(3,), nominal=1e-3, doc="test mass in its cage, S axes")
     v_rel = Input(unit="m/s", shape=(3,), nominal=1e-4, doc="rate of r_rel in S axes")
-    q_SN = Input(unit="1", shape=(4,), start=drag_free.START_Q_SN, doc="attitude of the satellite, scalar first")
+    q_SN = Input(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude of the satellite, scalar first")
     omega_SN_S = Input(unit="rad/s", shape=(3,), nominal=1e-3, doc="rate of the satellite")
-    q_TS = Input(unit="1", shape=(4,), start=drag_free.START_Q_TS, doc="attitude of the test mass to the satellite")
+    q_TS = Input(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude of the test mass to the satellite")
     omega_TS_T = Input(unit="rad/s", shape=(3,), nominal=1e-3, doc="rate of the test mass to the satellite")
     q_RN = Input(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude of the reference, scalar first")
     omega_RN_R = Input(unit="rad/s", shape=(3,), nominal=1e-3, doc="rate of the reference")
@@ -163,7 +158,7 @@ class DragFreeBackstepping(Component):
         for name, q in (("q_SN", quaternion.error(u.q_SN, u.q_RN)), ("q_TS", u.q_TS)):
             angles = euler.angles_321(q)
             text = f"pitch of {name} is {{}} deg at the start: the law has Euler angles 3-2-1, singular at +-90 deg."
-            conditions.append(Condition(1 - euler.locked(angles), text, (angles[1] / drag_free.DEGREE,)))
+            conditions.append(Condition(1 - euler.locked(angles), text, (angles[1] / DEGREE,)))
         return conditions
 
     def _loops(self, u: Any, p: Any) -> list[tuple[Any, Any, list[Any]]]:

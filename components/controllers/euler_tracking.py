@@ -32,7 +32,6 @@ from ..framework import (
     AttitudeController,
     Component,
     Condition,
-    Input,
     Output,
     Parameter,
     State,
@@ -42,24 +41,12 @@ from ..framework import (
 from ..mathematics import euler, quaternion
 from ..mathematics.rbf import gaussian
 from ..mathematics.vectors import length
-from ..numbers import zhang2018
 from ..vehicle import DEGREE
 
-REFERENCE_RATE = zhang2018.FREQUENCY * DEGREE * ca.DM(zhang2018.AMPLITUDE)  # of theta_d at the start, where theta_d = 0
-REFERENCE_ACCELERATION = euler.G_dot_123(ca.DM.zeros(3), REFERENCE_RATE) @ REFERENCE_RATE
 
-
-def _spread(rows: Any) -> Any:
-    """Return the start of centres: the paper's seven, otherwise as many evenly over the same range."""
-    values = np.array(rows)
-
-    def start(component: Any) -> np.ndarray:
-        n = component.nodes
-        return (
-            values if n == values.shape[1] else np.outer(values[:, -1], np.linspace(-1, 1, n) if n > 1 else np.zeros(n))
-        )
-
-    return start
+def _spread(reach: float) -> Any:
+    """Return a start of centres: evenly from -reach to reach along the diagonal, a column a node."""
+    return lambda c: np.tile(reach * (np.linspace(-1, 1, c.nodes) if c.nodes > 1 else np.zeros(c.nodes)), (3, 1))
 
 
 @dataclass(frozen=True)
@@ -91,40 +78,18 @@ class EulerTracking(Component):
     angle_unit = Parameter(
         unit="rad", start=DEGREE, display_unit="deg", doc="angle unit U of the gains; 1 rad: radians"
     )
-    Lambda = Parameter(unit="1/s", shape=(3,), start=zhang2018.LAMBDA, doc="lambda, slope of the filtered error")
-    K = Parameter(unit="1/s", shape=(3,), start=zhang2018.K, doc="feedback gain")
-    sigma = Parameter(unit="1/s3", start=zhang2018.SIGMA, doc="smoothing of the robust term")
-    tau_w = Parameter(unit="1/s2", start=zhang2018.TAU_W, doc="adaptation gain of the weights")
-    tau_mu = Parameter(unit="1/s2", start=zhang2018.TAU_MU, doc="adaptation gain of the bound")
-    beta = Parameter(unit="s", start=zhang2018.BETA, doc="leakage of the weights")
-    gamma = Parameter(unit="s", start=zhang2018.GAMMA, doc="leakage of the bound")
-    centres = Parameter(
-        unit="1", shape=(3, "nodes"), start=_spread(zhang2018.CENTRES), doc="centres in e, a column a node"
-    )
-    rate_centres = Parameter(unit="1/s", shape=(3, "nodes"), start=_spread(zhang2018.RATE_CENTRES), doc="centres in e'")
-    width = Parameter(unit="1", start=zhang2018.WIDTH, doc="b, width of the nodes in e")
-    rate_width = Parameter(unit="1/s", start=zhang2018.WIDTH, doc="b, width of the nodes in e'")
+    Lambda = Parameter(unit="1/s", shape=(3,), start=0.2, doc="lambda, slope of the filtered error")
+    K = Parameter(unit="1/s", shape=(3,), start=0.4, doc="feedback gain")
+    sigma = Parameter(unit="1/s3", start=0.01, doc="smoothing of the robust term")
+    tau_w = Parameter(unit="1/s2", start=0.01, doc="adaptation gain of the weights")
+    tau_mu = Parameter(unit="1/s2", start=0.01, doc="adaptation gain of the bound")
+    beta = Parameter(unit="s", start=1.0, doc="leakage of the weights")
+    gamma = Parameter(unit="s", start=1.0, doc="leakage of the bound")
+    centres = Parameter(unit="1", shape=(3, "nodes"), start=_spread(1.0), doc="centres in e, a column a node")
+    rate_centres = Parameter(unit="1/s", shape=(3, "nodes"), start=_spread(0.1), doc="centres in e'")
+    width = Parameter(unit="1", start=0.5, doc="b, width of the nodes in e")
+    rate_width = Parameter(unit="1/s", start=0.05, doc="b, width of the nodes in e'")
     hold_step = Parameter(unit="s", start=0.0, doc="T_s, step that the torque is held over; 0: the paper's law")
-
-    q_BN = Input(unit="1", shape=(4,), start=vehicle.START_Q_BN, doc="attitude of the body, scalar first")
-    omega_BN_B = Input(
-        unit="rad/s", shape=(3,), start=vehicle.START_OMEGA_BN_B, display_unit="deg/s", nominal=1e-2, doc="body rate"
-    )
-    omega_RN_R = Input(
-        unit="rad/s",
-        shape=(3,),
-        start=REFERENCE_RATE.full().ravel(),
-        display_unit="deg/s",
-        nominal=1e-2,
-        doc="rate of the reference",
-    )
-    omega_dot_RN_R = Input(
-        unit="rad/s2",
-        shape=(3,),
-        start=REFERENCE_ACCELERATION.full().ravel(),
-        nominal=1e-3,
-        doc="inertial derivative of omega_RN, in R",
-    )
 
     W = State(unit="1/s2", shape=(3, "nodes"), nominal=1e-2, doc="weights of the network, a row an axis, of e''")
     mu_hat = State(unit="1/s2", output=True, nominal=1e-2, doc="estimated bound of the network's error, of e''")

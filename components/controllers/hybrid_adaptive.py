@@ -24,13 +24,13 @@ alpha_G = 0: no adaptation; Theta at the true values: perfect knowledge. tau_wan
 Source: D. Ye, Z. Sun, Y. Liu, An adaptive control algorithm for hybrid actuator with installation deviation, J. Harbin
 Inst. Tech. 48(11), 2016. Changed: the inverse in X^+, G^-T in (18) and |Theta|^2 in the projection, which the print has
 lost. The gains are diagonal: its eigenvalues -0.2 +- 0.2i, -0.2 sqrt 2, -0.3 +- 0.3i, -0.3 sqrt 2 leave K open. Q_u is
-its Q of (11); alpha_F 1e5 at the vehicle of the start values is its 1e7 at ten times the inertia.
+its Q of (11).
 Invariants: (27).
 Limits: J is known and constant, no external torque. sigma is singular at a full turn of 360 deg, which `full_turn`
 reports; near it the gain of (25) grows with (1 + sigma^2)^2. A lag between u and the torque lets (25) oscillate.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -52,7 +52,7 @@ from ..framework import (
 )
 from ..mathematics import allocation, cmg, mrp, projection, quaternion
 from ..mathematics.vectors import length
-from ..numbers import ye2016
+from ..numbers import neutral
 
 
 @dataclass(frozen=True)
@@ -80,15 +80,15 @@ class HybridAdaptive(Component):
     gimbals: int = 4  # structural: control moment gyros
     wheels: int = 3  # structural: reaction wheels
 
-    J = replace(vehicle.J, start=np.array(ye2016.J))
-    k_1 = Parameter(unit="1/s2", shape=(3,), start=ye2016.K_1, doc="gain of e, K in (24)")
-    k_2 = Parameter(unit="1/s", shape=(3,), start=ye2016.K_2, doc="gain of e', K in (24)")
+    J = vehicle.J
+    k_1 = Parameter(unit="1/s2", shape=(3,), start=neutral.BANDWIDTH**2, doc="gain of e, K in (24)")
+    k_2 = Parameter(unit="1/s", shape=(3,), start=2 * neutral.DAMPING * neutral.BANDWIDTH, doc="gain of e', K in (24)")
     q_1 = Parameter(unit="1/s2", shape=(3,), start=1.0, doc="weight of e in the Lyapunov equation")
     q_2 = Parameter(unit="1", shape=(3,), start=1.0, doc="weight of e' in the Lyapunov equation")
-    alpha_F = Parameter(unit="kg2.m4/s", start=ye2016.ALPHA_F, doc="adaptation gain of the momentum, 0: none")
-    alpha_G = Parameter(unit="s", start=ye2016.ALPHA_G, doc="adaptation gain of the axes, 0: none")
-    b = Parameter(unit="1", start=ye2016.BETA_G, doc="squared length of an axis' deviation where the projection begins")
-    d = Parameter(unit="1", start=ye2016.DELTA_G, doc="width of the projection; squared lengths stay within b + d")
+    alpha_F = Parameter(unit="kg2.m4/s", start=1e5, doc="adaptation gain of the momentum, 0: none")
+    alpha_G = Parameter(unit="s", start=100.0, doc="adaptation gain of the axes, 0: none")
+    b = Parameter(unit="1", start=0.05, doc="squared length of an axis' deviation where the projection begins")
+    d = Parameter(unit="1", start=0.1, doc="width of the projection; squared lengths stay within b + d")
     gimbal_weight = Parameter(unit="1", shape=("gimbals",), start=1.0, doc="weight of each gyro in the allocation")
     wheel_weight = Parameter(unit="1/s2", shape=("wheels",), start=1.0, doc="weight of each wheel in the allocation")
     shadow = Parameter(unit="1", doc="1: the reference is taken the short way round from N, 0: as it is signed")

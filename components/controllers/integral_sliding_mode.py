@@ -47,16 +47,30 @@ from ..framework import (
 )
 from ..mathematics import euler, quaternion
 from ..mathematics.rbf import gaussian
+from ..mathematics.regulator import regulator
 from ..mathematics.vectors import length, smallest_eigenvalue
-from ..numbers.geng2012 import EPSILON, GAIN, GAMMA, NODES, RHO_0, SURFACE, WIDTH, centres
+from ..numbers import neutral
 
 
-def _columns(values: Any) -> Any:
-    """Return a start for as many modes as the component has: of fewer the first columns, further columns zero."""
+def _gain(part: str) -> Any:
+    """Return the start of a part of G: linear-quadratic, for the vehicle of the start values."""
+    weights = {"e": 100.0, "eta": 0.0, "omega": 4000.0, "eta_dot": 0.0}
 
     def start(component: Any) -> np.ndarray:
-        own = np.asarray(values)[:, : component.modes]
-        return np.pad(own, ((0, 0), (0, component.modes - own.shape[1])))
+        n = component.modes
+        vehicle = (neutral.J, neutral.coupling(n), neutral.frequencies(n), np.full(n, neutral.ZETA))
+        return regulator(*vehicle, weights)[part]
+
+    return start
+
+
+def _spread(reach: float, shift: int) -> Any:
+    """Return the start of centres: evenly from -reach to reach along a skew line, a column a node."""
+
+    def start(component: Any) -> np.ndarray:
+        n = component.nodes
+        line = np.linspace(-1, 1, n) if n > 1 else np.zeros(n)
+        return reach * np.array([np.roll(line, axis + shift) for axis in range(3)]).reshape(3, n)
 
     return start
 
@@ -64,44 +78,36 @@ def _columns(values: Any) -> Any:
 class IntegralSlidingMode(Component):
     ports = AttitudeController
     modes: int = 4  # structural: modes that the controller knows
-    nodes: int = NODES  # structural: nodes of the network
+    nodes: int = 6  # structural: nodes of the network
 
-    J, delta, Omega, zeta = vehicle.AGILE
-    G_e = Parameter(unit="N.m/rad", shape=(3, 3), start=GAIN["e"], doc="gain of e")
-    G_eta = Parameter(unit="kg(1/2).m/s2", shape=(3, "modes"), start=_columns(GAIN["eta"]), doc="gain of eta")
-    G_omega = Parameter(unit="N.m.s/rad", shape=(3, 3), start=GAIN["omega"], doc="gain of the rate")
-    G_eta_dot = Parameter(unit="kg(1/2).m/s", shape=(3, "modes"), start=_columns(GAIN["eta_dot"]), doc="gain of eta'")
-    D_e = Parameter(unit="N.m/rad", shape=(3, 3), start=SURFACE["e"], doc="surface, coefficient of e")
-    D_eta = Parameter(
-        unit="kg(1/2).m/s2", shape=(3, "modes"), start=_columns(SURFACE["eta"]), doc="surface, coefficient of eta"
-    )
-    D_omega = Parameter(unit="N.m.s/rad", shape=(3, 3), start=SURFACE["omega"], doc="surface, coefficient of the rate")
-    D_eta_dot = Parameter(
-        unit="kg(1/2).m/s", shape=(3, "modes"), start=_columns(SURFACE["eta_dot"]), doc="surface, coefficient of eta'"
-    )
-    network = Parameter(unit="1", start=1.0, doc="1: gain of each axis from the network, 0: constant_gain")
+    J = vehicle.J
+    delta = vehicle.delta
+    Omega = vehicle.Omega
+    zeta = vehicle.zeta
+    G_e = Parameter(unit="N.m/rad", shape=(3, 3), start=_gain("e"), doc="gain of e")
+    G_eta = Parameter(unit="kg(1/2).m/s2", shape=(3, "modes"), start=_gain("eta"), doc="gain of eta")
+    G_omega = Parameter(unit="N.m.s/rad", shape=(3, 3), start=_gain("omega"), doc="gain of the rate")
+    G_eta_dot = Parameter(unit="kg(1/2).m/s", shape=(3, "modes"), start=_gain("eta_dot"), doc="gain of eta'")
+    D_e = Parameter(unit="N.m/rad", shape=(3, 3), start=np.eye(3), doc="surface, coefficient of e")
+    D_eta = Parameter(unit="kg(1/2).m/s2", shape=(3, "modes"), doc="surface, coefficient of eta")
+    D_omega = Parameter(unit="N.m.s/rad", shape=(3, 3), start=5 * np.eye(3), doc="surface, coefficient of the rate")
+    D_eta_dot = Parameter(unit="kg(1/2).m/s", shape=(3, "modes"), doc="surface, coefficient of eta'")
+    network = Parameter(unit="1", doc="1: gain of each axis from the network, 0: constant_gain")
     constant_gain = Parameter(
-        unit="N.m", start=RHO_0, doc="rho_0, constant switching gain, without network; 0: the linear law"
+        unit="N.m", start=0.05, doc="rho_0, constant switching gain, without network; 0: the linear law"
     )
     printed_gain = Parameter(unit="1", doc="1: the printed gain -(D B)^-1 D A in place of G in u, 0: G")
-    epsilon = Parameter(unit="N.m/s", start=EPSILON, doc="boundary layer of the switching term, in s")
-    gamma_W = Parameter(unit="1/s", start=GAMMA, doc="adaptation gain of the weights")
-    angle_centres = Parameter(
-        unit="rad", shape=(3, "nodes"), start=lambda c: centres(c.nodes)["angle"], doc="centres, angles"
-    )
-    omega_centres = Parameter(
-        unit="rad/s", shape=(3, "nodes"), start=lambda c: centres(c.nodes)["omega"], doc="centres, rates"
-    )
-    torque_centres = Parameter(
-        unit="N.m", shape=(3, "nodes"), start=lambda c: centres(c.nodes)["torque"], doc="centres, G x"
-    )
-    angle_width = Parameter(unit="rad", start=WIDTH, doc="width of the nodes, angles")
-    omega_width = Parameter(unit="rad/s", start=WIDTH, doc="width of the nodes, rates")
-    torque_width = Parameter(unit="N.m", start=WIDTH, doc="width of the nodes, G x")
+    epsilon = Parameter(unit="N.m/s", start=1e-3, doc="boundary layer of the switching term, in s")
+    gamma_W = Parameter(unit="1/s", start=0.1, doc="adaptation gain of the weights")
+    angle_centres = Parameter(unit="rad", shape=(3, "nodes"), start=_spread(0.5, 0), doc="centres, angles")
+    omega_centres = Parameter(unit="rad/s", shape=(3, "nodes"), start=_spread(0.1, 1), doc="centres, rates")
+    torque_centres = Parameter(unit="N.m", shape=(3, "nodes"), start=_spread(1.0, 2), doc="centres, G x")
+    angle_width = Parameter(unit="rad", start=0.5, doc="width of the nodes, angles")
+    omega_width = Parameter(unit="rad/s", start=0.1, doc="width of the nodes, rates")
+    torque_width = Parameter(unit="N.m", start=1.0, doc="width of the nodes, G x")
     hub_inverse = CalculatedParameter(unit="1/(kg.m2)", shape=(3, 3), doc="inverse of M = J - delta^T delta")
     DB = CalculatedParameter(unit="1/s", shape=(3, 3), doc="D B, torque to rate of the surface")
 
-    q_RN = Input(unit="1", shape=(4,), start=(np.sqrt(0.75), 0, 0.5, 0), doc="attitude of the reference, scalar first")
     eta = Input(unit="kg(1/2).m", shape=("modes",), nominal=1e-2, doc="modal coordinate, measured or estimated")
     eta_dot = Input(unit="kg(1/2).m/s", shape=("modes",), nominal=1e-2, doc="modal rate, measured or estimated")
 

@@ -19,6 +19,7 @@ short one. Without conditional integration it winds up: the paper's gains diverg
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from .. import vehicle
 from ..framework import (
@@ -34,18 +35,22 @@ from ..framework import (
 )
 from ..mathematics import euler, quaternion
 from ..mathematics.limits import saturated
-from ..numbers import xiao2011
+from ..numbers import neutral
 from ..vehicle import DEGREE
+
+INERTIA = np.diag(neutral.J)
 
 
 class PID(Component):
     ports = AttitudeController
 
-    K_p = Parameter(unit="N.m/rad", shape=(3,), start=xiao2011.PID_GAINS[0], doc="proportional gain")
-    K_i = Parameter(unit="N.m/(rad.s)", shape=(3,), start=xiao2011.PID_GAINS[1], doc="integral gain")
-    K_d = Parameter(unit="N.m.s/rad", shape=(3,), start=xiao2011.PID_GAINS[2], doc="gain of the rate")
+    K_p = Parameter(unit="N.m/rad", shape=(3,), start=neutral.BANDWIDTH**2 * INERTIA, doc="proportional gain")
+    K_i = Parameter(unit="N.m/(rad.s)", shape=(3,), start=neutral.BANDWIDTH**3 / 10 * INERTIA, doc="integral gain")
+    K_d = Parameter(
+        unit="N.m.s/rad", shape=(3,), start=2 * neutral.DAMPING * neutral.BANDWIDTH * INERTIA, doc="gain of the rate"
+    )
     torque_limit = Parameter(
-        unit="N.m", shape=(3,), start=xiao2011.U_MAX, doc="largest torque per body axis; 1e9: none"
+        unit="N.m", shape=(3,), start=neutral.NO_LIMIT, doc="largest torque per body axis; 1e9: none"
     )
     conditional = Parameter(unit="1", start=0.0, doc="1: conditional integration, 0: the error is always integrated")
 

@@ -28,7 +28,6 @@ from typing import Any
 import casadi as ca
 
 from ..framework import Condition, Output, Parameter, State
-from ..numbers import zhang2018
 from ..vehicle import DEGREE
 from .euler_tracking import Error, EulerTracking, Surface
 
@@ -36,16 +35,10 @@ AXES = ("roll", "pitch", "yaw")
 
 
 class PrescribedPerformance(EulerTracking):
-    rho_0 = Parameter(
-        unit="rad", shape=(3,), start=zhang2018.RHO_0 * DEGREE, display_unit="deg", doc="bound of e at the start"
-    )
-    rho_inf = Parameter(
-        unit="rad", shape=(3,), start=zhang2018.RHO_INF * DEGREE, display_unit="deg", doc="bound of e at the end"
-    )
-    k = Parameter(unit="1/s", shape=(3,), start=zhang2018.DECAY, doc="rate at which the bound shrinks")
-    overshoot = Parameter(
-        unit="1", shape=(3,), start=zhang2018.OVERSHOOT, doc="delta, overshoot allowed, as a part of the bound"
-    )
+    rho_0 = Parameter(unit="rad", shape=(3,), start=10 * DEGREE, display_unit="deg", doc="bound of e at the start")
+    rho_inf = Parameter(unit="rad", shape=(3,), start=0.1 * DEGREE, display_unit="deg", doc="bound of e at the end")
+    k = Parameter(unit="1/s", shape=(3,), start=0.05, doc="rate at which the bound shrinks")
+    overshoot = Parameter(unit="1", shape=(3,), start=1.0, doc="delta, overshoot allowed, as a part of the bound")
     barrier_margin = Parameter(
         unit="1", start=0.05, doc="m, part of the bound before it where epsilon becomes straight"
     )

@@ -10,23 +10,21 @@ Invariants: none about nadir, c . d = 0; zero where a principal axis points to n
 Limits: inertia of the undeformed body, spherical Earth; t is the simulation's time.
 """
 
-from dataclasses import replace
 from typing import Any
 
 import casadi as ca
-import numpy as np
 
 from .. import vehicle
 from ..framework import Component, Condition, Environment, Input, Parameter
 from ..mathematics import gravity, quaternion
-from ..numbers import xiao2011
+from ..numbers import neutral
 
 
 class GravityGradient(Component):
     ports = Environment
 
-    J = replace(vehicle.J, start=np.diag(xiao2011.INERTIA))
-    orbit_rate = Parameter(unit="rad/s", start=xiao2011.ORBIT_RATE, nominal=1e-3, doc="rate of the orbit, about -y_N")
+    J = vehicle.J
+    orbit_rate = Parameter(unit="rad/s", start=neutral.ORBIT_RATE, nominal=1e-3, doc="rate of the orbit, about -y_N")
     phase = Parameter(unit="rad", display_unit="deg", doc="angle along the orbit at t = 0")
 
     q_BN = Input(unit="1", shape=(4,), start=(1.0, 0.0, 0.0, 0.0), doc="attitude of the body, scalar first")

@@ -4,8 +4,7 @@
 
 Symbols: n frequency, e.g. the orbit rate; d tau_dist_B.
 Source: C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible
-spacecraft, J. Harbin Inst. Tech. 50(4), 2018, section 4: the start values are its
-environment at 500 km.
+spacecraft, J. Harbin Inst. Tech. 50(4), 2018, section 4. Without amplitudes there is none.
 Limits: does not depend on the attitude; t is the simulation's time.
 """
 
@@ -14,16 +13,16 @@ from typing import Any
 import casadi as ca
 
 from ..framework import Component, Environment, Parameter
-from ..numbers import zhang2018
+from ..numbers import neutral
 
 
 class HarmonicTorque(Component):
     ports = Environment
 
-    bias = Parameter(unit="N.m", shape=(3,), start=zhang2018.BIAS, doc="constant part")
-    sine = Parameter(unit="N.m", shape=(3,), start=zhang2018.SINE, doc="amplitude of the sine")
-    cosine = Parameter(unit="N.m", shape=(3,), start=zhang2018.COSINE, doc="amplitude of the cosine")
-    frequency = Parameter(unit="rad/s", start=zhang2018.ORBIT_RATE, doc="angular frequency")
+    bias = Parameter(unit="N.m", shape=(3,), doc="constant part")
+    sine = Parameter(unit="N.m", shape=(3,), doc="amplitude of the sine")
+    cosine = Parameter(unit="N.m", shape=(3,), doc="amplitude of the cosine")
+    frequency = Parameter(unit="rad/s", start=neutral.ORBIT_RATE, doc="angular frequency")
 
     def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         angle = p.frequency * t

@@ -13,7 +13,8 @@ Frames: N inertial, B body; s^ unit vector to the Sun, N axes; the atmosphere do
 frame LVLH on a circle. f_i are spread evenly in log f between the ends of the band; phases are a hash of seed, axis and
 line, so that a run can be repeated.
 Source: chosen for H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
-Technology and Automation 33(2), 2014, which names its environment only; rho_0 gives a mean of 7 mN over an orbit.
+Technology and Automation 33(2), 2014, which names its environment only. Without rho_0, solar_force and gust_density
+there is none.
 Invariants: 0 <= nu <= 1; f . v < 0 without solar pressure and gusts.
 Limits: an exponential atmosphere, constant CdA and centre of pressure whatever the attitude. Gusts are a
 sum of sines, none below or above the band. The amplitude of a gust does not depend on the density.
@@ -36,10 +37,11 @@ from ..framework import (
     not_negative,
     positive,
 )
+from ..framework.ports import NO_ROTATION
 from ..mathematics import gravity, quaternion
 from ..mathematics.noise import uniform
 from ..mathematics.vectors import direction
-from ..numbers import earth, li2014
+from ..numbers import earth
 from ..vehicle import quaternion_condition
 
 
@@ -47,14 +49,14 @@ class LowOrbit(Component):
     ports = Environment
     lines: int = 120  # structural: spectral lines of the gusts
 
-    rho_0 = Parameter(unit="kg/m3", start=li2014.RHO_0, doc="density of the air at the altitude h_0")
-    h_0 = Parameter(unit="m", start=li2014.ALTITUDE, doc="altitude of rho_0")
-    scale_height = Parameter(unit="m", start=li2014.SCALE_HEIGHT, doc="H, height over which the density falls by e")
-    bulge = Parameter(unit="1", start=li2014.BULGE, doc="b, density of day and night around the mean")
-    CdA = Parameter(unit="m2", start=li2014.CDA, doc="drag coefficient times area")
-    solar_force = Parameter(unit="N", start=li2014.SOLAR_FORCE, doc="F_s, force of the sunlight")
-    sun_N = Parameter(unit="1", shape=(3,), start=li2014.SUN_N, doc="unit vector to the Sun")
-    r_cp = Parameter(unit="m", shape=(3,), start=li2014.PRESSURE_CENTRE, doc="centre of pressure, B axes")
+    rho_0 = Parameter(unit="kg/m3", doc="density of the air at the altitude h_0")
+    h_0 = Parameter(unit="m", start=500e3, doc="altitude of rho_0")
+    scale_height = Parameter(unit="m", start=60e3, doc="H, height over which the density falls by e")
+    bulge = Parameter(unit="1", doc="b, density of day and night around the mean")
+    CdA = Parameter(unit="m2", start=4.0, doc="drag coefficient times area")
+    solar_force = Parameter(unit="N", doc="F_s, force of the sunlight")
+    sun_N = Parameter(unit="1", shape=(3,), start=(1, 0, 0), doc="unit vector to the Sun")
+    r_cp = Parameter(unit="m", shape=(3,), doc="centre of pressure, B axes")
     earth_radius = Parameter(unit="m", start=earth.EARTH_RADIUS, doc="radius of the Earth")
     terminator_width = Parameter(unit="m", start=2e5, doc="width of the change from day to night along the Sun's line")
     penumbra_width = Parameter(unit="m", start=2e4, doc="width of the penumbra across the Sun's line")
@@ -63,8 +65,8 @@ class LowOrbit(Component):
         shape=(3,),
         doc="spectral density of the gusts below gust_corner: along the track, lateral (6)",
     )
-    gust_corner = Parameter(unit="1/s", start=li2014.GUST_CORNER, doc="corner frequency f_c of the gusts (Hz)")
-    gust_band = Parameter(unit="1/s", shape=(2,), start=li2014.GUST_BAND, doc="lowest and highest frequency (Hz)")
+    gust_corner = Parameter(unit="1/s", start=0.01, doc="corner frequency f_c of the gusts (Hz)")
+    gust_band = Parameter(unit="1/s", shape=(2,), start=(1e-3, 0.1), doc="lowest and highest frequency (Hz)")
     seed = Parameter(unit="1", start=1.0, doc="seed of the gusts' phases, a whole number")
     gust_frequency = CalculatedParameter(unit="1/s", shape=("lines",), doc="frequencies of the gusts (Hz)")
     gust_amplitude = CalculatedParameter(unit="N", shape=(3, "lines"), doc="amplitudes of the gusts")
@@ -72,7 +74,7 @@ class LowOrbit(Component):
 
     r_N = Input(unit="m", shape=(3,), start=drag_free.START_R_N, doc="position")
     v_N = Input(unit="m/s", shape=(3,), start=drag_free.START_V_N, doc="velocity")
-    q_BN = Input(unit="1", shape=(4,), start=drag_free.START_Q_SN, doc="attitude of the body, scalar first")
+    q_BN = Input(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude of the body, scalar first")
     f_dist_B = Output(unit="N", shape=(3,), nominal=1e-2, doc="disturbing force on the body")
     drag_B = Output(unit="N", shape=(3,), nominal=1e-2, doc="drag without gusts")
     sunlight = Output(unit="1", doc="nu, part of the Sun that is seen")

@@ -17,31 +17,24 @@ from typing import Any
 
 import casadi as ca
 
-from .. import drag_free
 from ..framework import Component, Condition, Input, Output, Parameter, State, not_negative, positive
 from ..framework.ports import NO_ROTATION
 from ..mathematics import quaternion
 from ..mathematics.noise import white
-from ..numbers import li2014
+from ..numbers import neutral
 from ..vehicle import quaternion_condition
 
 
 class ElectrostaticSensor(Component):
-    sample_time = li2014.SAMPLE
+    sample_time = neutral.SAMPLE
 
-    position_noise = Parameter(
-        unit="m/Hz(1/2)", shape=(3,), start=li2014.CAGE_POSITION_NOISE, doc="density of the noise of the position"
-    )
-    attitude_noise = Parameter(
-        unit="rad/Hz(1/2)", shape=(3,), start=li2014.CAGE_ATTITUDE_NOISE, doc="density of the noise of the attitude"
-    )
-    filter_time = Parameter(unit="s", start=li2014.FILTER_TIME, doc="T_f, time constant of the velocity filter")
+    position_noise = Parameter(unit="m/Hz(1/2)", shape=(3,), doc="density of the noise of the position")
+    attitude_noise = Parameter(unit="rad/Hz(1/2)", shape=(3,), doc="density of the noise of the attitude")
+    filter_time = Parameter(unit="s", start=neutral.SAMPLE, doc="T_f, time constant of the velocity filter")
     seed = Parameter(unit="1", start=22.0, doc="seed of the noise, a whole number")
 
-    r_rel_true = Input(unit="m", shape=(3,), start=drag_free.START_R_REL, nominal=1e-3, doc="test mass in its cage, S")
-    q_TS_true = Input(
-        unit="1", shape=(4,), start=drag_free.START_Q_TS, doc="attitude of the test mass to the satellite"
-    )
+    r_rel_true = Input(unit="m", shape=(3,), nominal=1e-3, doc="test mass in its cage, S")
+    q_TS_true = Input(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude of the test mass to the satellite")
     r_seen = State(unit="m", shape=(3,), nominal=1e-3, doc="position measured last")
     q_seen = State(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude measured last")
     r_slow = State(unit="m", shape=(3,), calculated=True, nominal=1e-3, doc="y, filtered position")

@@ -33,7 +33,10 @@ from ..framework import CalculatedParameter, Component, Condition, Input, Output
 class ModalObserver(Component):
     modes: int = 4  # structural: modes that are estimated
 
-    J, delta, Omega, zeta = vehicle.AGILE
+    J = vehicle.J
+    delta = vehicle.delta
+    Omega = vehicle.Omega
+    zeta = vehicle.zeta
     L_eta = Parameter(unit="kg(1/2).m.s", shape=("modes", 3), doc="gain on the rate's model, for eta")
     L_psi = Parameter(unit="kg(1/2).m", shape=("modes", 3), doc="gain on the rate's model, for psi")
     eta_start = Parameter(unit="kg(1/2).m", shape=("modes",), doc="estimate of eta at the start")

@@ -18,17 +18,15 @@ from ..framework import Component, Condition, Input, Output, Parameter, State, n
 from ..framework.ports import NO_ROTATION
 from ..mathematics import quaternion
 from ..mathematics.noise import white
-from ..numbers import li2014
+from ..numbers import neutral
 from ..vehicle import quaternion_condition
 
 
 class StarTrackerGyro(Component):
-    sample_time = li2014.SAMPLE
+    sample_time = neutral.SAMPLE
 
-    attitude_noise = Parameter(
-        unit="rad/Hz(1/2)", shape=(3,), start=li2014.ATTITUDE_NOISE, doc="density of the star tracker's noise"
-    )
-    rate_noise = Parameter(unit="rad/s/Hz(1/2)", shape=(3,), start=li2014.RATE_NOISE, doc="density of the gyro's noise")
+    attitude_noise = Parameter(unit="rad/Hz(1/2)", shape=(3,), doc="density of the star tracker's noise")
+    rate_noise = Parameter(unit="rad/s/Hz(1/2)", shape=(3,), doc="density of the gyro's noise")
     seed = Parameter(unit="1", start=21.0, doc="seed of the noise, a whole number")
 
     q_BN_true = Input(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude of the body, scalar first")

@@ -4,7 +4,7 @@
     omega_RN_R = 0,  omega_RN_R' = 0                                                              (2)
 
 Frames: R reference, N inertial; the axis in R (or B at the start, where q_start is its attitude: both are one).
-Source: the start values are the 60 deg about pitch of Y. Geng, W. Wu, G. Ma, Neural network compensation of flexible
+Source: made for the 60 deg about pitch of Y. Geng, W. Wu, G. Ma, Neural network compensation of flexible
 satellite rapid maneuver, J. Harbin Inst. Tech. 44(5), 2012, section 4.
 Invariants: |q_RN| = 1 where q_start and axis are unit vectors.
 Limits: no body can follow the jump; its rate is not in omega_RN_R. t is the simulation's time.
@@ -17,8 +17,7 @@ import casadi as ca
 from ..framework import Component, Condition, Guidance, Parameter
 from ..framework.ports import NO_ROTATION
 from ..mathematics import quaternion
-from ..numbers import geng2012
-from ..vehicle import DEGREE, quaternion_condition
+from ..vehicle import quaternion_condition
 
 
 class AttitudeStep(Component):
@@ -26,7 +25,7 @@ class AttitudeStep(Component):
 
     q_start = Parameter(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude before the step, scalar first")
     axis = Parameter(unit="1", shape=(3,), start=(0, 1, 0), doc="axis of the turn, unit vector in R")
-    angle = Parameter(unit="rad", start=geng2012.ANGLE * DEGREE, display_unit="deg", doc="angle of the turn")
+    angle = Parameter(unit="rad", display_unit="deg", doc="angle of the turn")
     step_time = Parameter(unit="s", doc="time of the step")
 
     def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:

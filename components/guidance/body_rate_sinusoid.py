@@ -6,7 +6,7 @@
 
 Frames: R reference, N inertial. (2) is omega_dot_RN_R: the derivatives of omega_RN in N and in R are one vector.
 Source: D. Ye, Z. Sun, Y. Liu, An adaptive control algorithm for hybrid actuator with installation deviation, J. Harbin
-Inst. Tech. 48(11), 2016, section 4: the start values are its reference.
+Inst. Tech. 48(11), 2016, section 4. Without amplitude and bias it is at rest in N.
 Invariants: |q_RN| = 1, and its sign is continuous in time.
 Limits: t is the simulation's time, so that a later start begins later in the sinusoid.
 """
@@ -14,13 +14,11 @@ Limits: t is the simulation's time, so that a later start begins later in the si
 from typing import Any
 
 import casadi as ca
-import numpy as np
 
 from .. import vehicle
 from ..framework import Component, Condition, Guidance, Parameter, State
 from ..framework.ports import NO_ROTATION
 from ..mathematics import quaternion
-from ..numbers import ye2016
 
 
 class BodyRateSinusoid(Component):
@@ -29,14 +27,13 @@ class BodyRateSinusoid(Component):
     amplitude = Parameter(
         unit="rad/s",
         shape=(3,),
-        start=ye2016.RATE_AMPLITUDE,
         display_unit="deg/s",
         doc="amplitude of the rate about x, y, z",
     )
     frequency = Parameter(
         unit="rad/s",
         shape=(3,),
-        start=2 * np.pi / ye2016.RATE_PERIOD,
+        start=0.01,
         doc="angular frequency of the rate about x, y, z",
     )
     phase = Parameter(unit="rad", shape=(3,), display_unit="deg", doc="phase at t = 0 of the rate about x, y, z")

@@ -8,8 +8,7 @@
 Frames: R reference, N inertial; theta turn from N to R about x, y, z. (4) is omega_dot_RN_R: the derivatives of
 omega_RN in N and in R are one vector.
 Source: C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible
-spacecraft, J. Harbin Inst. Tech. 50(4), 2018, section 4: the start values are its
-desired attitude.
+spacecraft, J. Harbin Inst. Tech. 50(4), 2018, section 4. Without amplitude and bias it is at rest in N.
 Invariants: |q_RN| = 1, and its sign is continuous in time.
 Limits: t is the simulation's time, so that a later start begins later in the sinusoid.
 """
@@ -20,8 +19,6 @@ import casadi as ca
 
 from ..framework import Component, Guidance, Parameter
 from ..mathematics import euler
-from ..numbers import zhang2018
-from ..vehicle import DEGREE
 
 
 class EulerSinusoid(Component):
@@ -30,13 +27,10 @@ class EulerSinusoid(Component):
     amplitude = Parameter(
         unit="rad",
         shape=(3,),
-        start=[angle * DEGREE for angle in zhang2018.AMPLITUDE],
         display_unit="deg",
         doc="amplitude of roll, pitch, yaw",
     )
-    frequency = Parameter(
-        unit="rad/s", shape=(3,), start=zhang2018.FREQUENCY, doc="angular frequency of roll, pitch, yaw"
-    )
+    frequency = Parameter(unit="rad/s", shape=(3,), start=0.1, doc="angular frequency of roll, pitch, yaw")
     phase = Parameter(unit="rad", shape=(3,), display_unit="deg", doc="phase at t = 0 of roll, pitch, yaw")
     bias = Parameter(unit="rad", shape=(3,), display_unit="deg", doc="mean of roll, pitch, yaw")
 

@@ -7,7 +7,7 @@
 Frames: R reference, the orbit frame; N inertial, the orbit frame at the phase 0, so that y_N is opposite to the orbit
 normal. Symbols: n orbit_rate.
 Source: B. Xiao, Q. Hu, G. Ma, Adaptive L2-gain controller for flexible spacecraft attitude tracking, Control Theory &
-Applications 28(1), 2011, section 2; the start value of n is its orbit rate.
+Applications 28(1), 2011, section 2.
 Invariants: |q_RN| = 1, and its sign is continuous in time.
 Limits: t is the simulation's time. For an orbit in other axes, or one that is no circle, see orbit_frame_from_state.py.
 """
@@ -18,14 +18,14 @@ import casadi as ca
 
 from ..framework import Component, Condition, Guidance, Parameter
 from ..mathematics import gravity
-from ..numbers import xiao2011
+from ..numbers import neutral
 
 
 class OrbitFrame(Component):
     ports = Guidance
 
     orbit_rate = Parameter(
-        unit="rad/s", start=xiao2011.ORBIT_RATE, nominal=1e-3, doc="rate of the orbit, about -y of the frame"
+        unit="rad/s", start=neutral.ORBIT_RATE, nominal=1e-3, doc="rate of the orbit, about -y of the frame"
     )
     phase = Parameter(unit="rad", display_unit="deg", doc="angle along the orbit at t = 0")
 

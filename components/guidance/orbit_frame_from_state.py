@@ -20,7 +20,7 @@ import casadi as ca
 
 from ..framework import Component, Condition, Guidance, Input, Parameter, not_negative, positive
 from ..mathematics import gravity, quaternion
-from ..numbers import earth
+from ..numbers import earth, neutral
 
 
 class OrbitFrameFromState(Component):
@@ -30,8 +30,8 @@ class OrbitFrameFromState(Component):
     J2 = Parameter(unit="1", start=earth.J2, doc="oblateness of the Earth; 0: the plane of the orbit is fixed")
     earth_radius = Parameter(unit="m", start=earth.EARTH_RADIUS, doc="radius of the Earth")
 
-    r_N = Input(unit="m", shape=(3,), start=(6.871e6, 0.0, 0.0), nominal=7e6, doc="position from the Earth's centre")
-    v_N = Input(unit="m/s", shape=(3,), start=(0.0, 7616.6, 0.0), nominal=7e3, doc="inertial velocity")
+    r_N = Input(unit="m", shape=(3,), start=(neutral.ORBIT_RADIUS, 0, 0), nominal=7e6, doc="position from the centre")
+    v_N = Input(unit="m/s", shape=(3,), start=(0, neutral.ORBIT_SPEED, 0), nominal=7e3, doc="inertial velocity")
 
     def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         r2, h = ca.sumsqr(u.r_N), ca.cross(u.r_N, u.v_N)

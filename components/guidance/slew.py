@@ -24,16 +24,18 @@ from ..mathematics import quaternion
 from ..vehicle import DEGREE
 from .attitude_step import turn_conditions
 
+LEAST = 1e-12  # rad: an angle below it takes the time of this one, so that T and its derivative are finite
+
 
 class Slew(Component):
     ports = Guidance
 
     q_start = Parameter(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude before the turn, scalar first")
     axis = Parameter(unit="1", shape=(3,), start=(0, 1, 0), doc="axis of the turn, unit vector in R")
-    angle = Parameter(unit="rad", start=60 * DEGREE, display_unit="deg", doc="angle of the turn")
+    angle = Parameter(unit="rad", display_unit="deg", doc="angle of the turn")
     start_time = Parameter(unit="s", doc="time at which the turn begins")
-    max_rate = Parameter(unit="rad/s", start=3 * DEGREE, display_unit="deg/s", doc="largest rate")
-    max_acceleration = Parameter(unit="rad/s2", start=0.5 * DEGREE, display_unit="deg/s2", doc="largest acceleration")
+    max_rate = Parameter(unit="rad/s", start=DEGREE, display_unit="deg/s", doc="largest rate")
+    max_acceleration = Parameter(unit="rad/s2", start=0.1 * DEGREE, display_unit="deg/s2", doc="largest acceleration")
     smooth = Parameter(unit="1", start=1.0, doc="1: acceleration a sine, 0: bang-bang")
 
     remaining = Output(unit="s", doc="time until the reference is at rest for good")
@@ -50,20 +52,18 @@ class Slew(Component):
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
         conditions = [*turn_conditions(p), *flag_conditions(self, p, "smooth")]
-        for name, unit, factor in (
-            ("angle", "deg", DEGREE),
-            ("max_rate", "deg/s", DEGREE),
-            ("max_acceleration", "deg/s2", DEGREE),
-        ):
+        for name, unit in (("max_rate", "deg/s"), ("max_acceleration", "deg/s2")):
             value = vars(p)[name]
-            conditions.append(Condition(value, f"{name} = {{}} {unit}: it must be positive.", (value / factor,)))
-        return conditions
+            conditions.append(Condition(value, f"{name} = {{}} {unit}: it must be positive.", (value / DEGREE,)))
+        text = "angle = {} deg: it must not be negative. Turn about the opposite axis."
+        return [*conditions, Condition(p.angle >= 0, text, (p.angle / DEGREE,))]
 
     def _bang_bang(self, since: Any, p: Any) -> tuple[Any, Any, Any, Any]:
         """Return T, and a with its two derivatives."""
         limit = p.max_acceleration
-        v = ca.fmin(p.max_rate, ca.sqrt(p.angle * limit))
-        t_a, T = v / limit, p.angle / v + v / limit  # (1)
+        turn = ca.fmax(p.angle, LEAST)
+        v = ca.fmin(p.max_rate, ca.sqrt(turn * limit))
+        t_a, T = v / limit, turn / v + v / limit  # (1)
         tau = ca.fmax(0, ca.fmin(since, T))
         first, last = tau < t_a, tau > T - t_a
         a = ca.if_else(
@@ -75,7 +75,8 @@ class Slew(Component):
 
     def _smooth(self, since: Any, p: Any) -> tuple[Any, Any, Any, Any]:
         """Return T, and a with its two derivatives."""
-        T = ca.fmax(2 * p.angle / p.max_rate, ca.sqrt(2 * ca.pi * p.angle / p.max_acceleration))  # (3)
+        turn = ca.fmax(p.angle, LEAST)
+        T = ca.fmax(2 * turn / p.max_rate, ca.sqrt(2 * ca.pi * turn / p.max_acceleration))  # (3)
         phase = 2 * ca.pi * ca.fmax(0, ca.fmin(since / T, 1))
         a = p.angle * (phase - ca.sin(phase)) / (2 * ca.pi)  # (4)
         return T, a, p.angle / T * (1 - ca.cos(phase)), 2 * ca.pi * p.angle / T**2 * ca.sin(phase)

@@ -8,6 +8,8 @@ vehicle and its cluster; diagonal gains, a pair of the paper's eigenvalues an ax
 
 import numpy as np
 
+from . import neutral
+
 J = [[120.0, 2.0, -1.5], [2.0, 110.0, 1.0], [-1.5, 1.0, 90.0]]  # kg m2
 ROTOR_MOMENTUM = 8.0  # N m s, of each gyro
 WHEEL_INERTIA = 0.02  # kg m2, of each wheel
@@ -22,8 +24,6 @@ ALPHA_G = 1e3  # s
 BETA_G, DELTA_G = 0.05, 0.1
 
 
-def pyramid(gyros: int = 4) -> tuple[np.ndarray, np.ndarray]:
-    """Return gimbal axes and rotor axes at gimbal angle 0 of gyros evenly around z, a column a gyro."""
-    f = 2 * np.pi * np.arange(gyros) / max(gyros, 1)
-    g = np.array([np.sin(SKEW) * np.cos(f), np.sin(SKEW) * np.sin(f), np.full(gyros, np.cos(SKEW))])
-    return g, np.array([-np.sin(f), np.cos(f), np.zeros(gyros)])
+def pyramid() -> tuple[np.ndarray, np.ndarray]:
+    """Return gimbal axes and rotor axes at gimbal angle 0, a column a gyro."""
+    return neutral.pyramid(4, SKEW)

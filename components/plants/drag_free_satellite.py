@@ -40,8 +40,9 @@ from ..framework import (
     not_negative,
     positive,
 )
+from ..framework.ports import NO_ROTATION
 from ..mathematics import gravity, quaternion
-from ..numbers import earth, li2014
+from ..numbers import earth, neutral
 from ..vehicle import inertia_conditions, quaternion_condition
 
 
@@ -54,9 +55,9 @@ class DragFreeSatellite(Component):
     D = drag_free.D
     K_r = drag_free.K_r
     D_r = drag_free.D_r
-    r_h = Parameter(unit="m", shape=(3,), start=li2014.CAGE, doc="centre of the cage, S axes")
+    r_h = Parameter(unit="m", shape=(3,), doc="centre of the cage, S axes")
     cage_gap = Parameter(
-        unit="m", start=1e-3 * li2014.GAP, display_unit="mm", doc="way of the test mass to its cage, each axis"
+        unit="m", start=neutral.GAP, display_unit="mm", doc="way of the test mass to its cage, each axis"
     )
     mu = Parameter(unit="m3/s2", start=earth.MU, doc="gravitational parameter of the Earth; 0: no gravity")
     J2 = Parameter(unit="1", start=earth.J2, doc="oblateness of the Earth")
@@ -71,14 +72,11 @@ class DragFreeSatellite(Component):
 
     r_N = State(unit="m", shape=(3,), start=drag_free.START_R_N, output=True, doc="position of the satellite")
     v_N = State(unit="m/s", shape=(3,), start=drag_free.START_V_N, output=True, doc="velocity of the satellite")
-    q_SN = State(
-        unit="1", shape=(4,), start=drag_free.START_Q_SN, output=True, doc="attitude of the satellite, scalar first"
-    )
+    q_SN = State(unit="1", shape=(4,), start=NO_ROTATION, output=True, doc="attitude of the satellite, scalar first")
     omega_SN_S = State(unit="rad/s", shape=(3,), output=True, nominal=1e-3, doc="rate of the satellite")
     r_rel = State(
         unit="m",
         shape=(3,),
-        start=drag_free.START_R_REL,
         output=True,
         nominal=1e-3,
         doc="test mass from the centre of the cage, S axes",
@@ -87,7 +85,7 @@ class DragFreeSatellite(Component):
     q_TS = State(
         unit="1",
         shape=(4,),
-        start=drag_free.START_Q_TS,
+        start=NO_ROTATION,
         output=True,
         doc="attitude of the test mass relative to the satellite, scalar first",
     )

@@ -24,6 +24,7 @@ import casadi as ca
 
 from .. import vehicle
 from ..framework import AttitudePlant, CalculatedParameter, Component, Condition, State
+from ..framework.ports import NO_ROTATION
 from ..mathematics import quaternion
 
 
@@ -37,11 +38,10 @@ class FlexibleSpacecraft(Component):
     zeta = vehicle.zeta
     hub_inverse = CalculatedParameter(unit="1/(kg.m2)", shape=(3, 3), doc="inverse of J - delta^T delta")
 
-    q_BN = State(unit="1", shape=(4,), start=vehicle.START_Q_BN, output=True, doc="attitude of the body, scalar first")
+    q_BN = State(unit="1", shape=(4,), start=NO_ROTATION, output=True, doc="attitude of the body, scalar first")
     omega_BN_B = State(
         unit="rad/s",
         shape=(3,),
-        start=vehicle.START_OMEGA_BN_B,
         output=True,
         display_unit="deg/s",
         nominal=1e-2,

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from helpers import Point
 from numpy.testing import assert_allclose
+from published import as_in
 from scipy.spatial.transform import Rotation
 
-from components.controllers.adaptive_l2_gain import AdaptiveL2Gain
-from components.plants.flexible_spacecraft import FlexibleSpacecraft
+AdaptiveL2Gain = as_in("xiao2011-l2gain", "controller")
+FlexibleSpacecraft = as_in("xiao2011-l2gain", "plant")
+
 
 DEGREE = np.pi / 180
 J = np.array([1200.0, 1000.0, 1500.0])

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from helpers import Monolithic, Point
 from numpy.testing import assert_allclose
+from published import as_in
 
-from components.guidance.body_rate_sinusoid import BodyRateSinusoid
+BodyRateSinusoid = as_in("ye2016-perfect", "guidance")
 
 
 def test_start_is_the_papers():

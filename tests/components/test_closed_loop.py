@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from helpers import monolithic
 from numpy.testing import assert_allclose
+from published import as_in
 from zhang2018_loop import CONNECTIONS, HALF, loop
 
-from components.controllers.adaptive_tracking import AdaptiveTracking
-from components.controllers.prescribed_performance import PrescribedPerformance
+AdaptiveTracking = as_in("zhang2018-atc", "controller")
+PrescribedPerformance = as_in("zhang2018-ppatc", "controller")
 
 
 class Flight:

@@ -4,9 +4,13 @@ import numpy as np
 import pytest
 from helpers import Point
 from numpy.testing import assert_allclose
+from published import as_in
 from scipy.spatial.transform import Rotation
 
-from components.actuators.cmg_cluster import CmgCluster
+CmgCluster = as_in(
+    "ye2016-perfect", "actuators", wheel_speed=0.0, rotor_deviation=0.0, transverse_deviation=0.0, spin_deviation=0.0
+)
+
 
 RNG = np.random.default_rng(7)
 DEVIATION = {

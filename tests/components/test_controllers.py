@@ -5,14 +5,16 @@ import numpy as np
 import pytest
 from helpers import Monolithic, Point, monolithic
 from numpy.testing import assert_allclose
+from published import as_in
 from scipy.spatial.transform import Rotation
 from zhang2018_loop import CONNECTIONS, loop
 
-from components.controllers.adaptive_l2_gain import AdaptiveL2Gain
-from components.controllers.adaptive_tracking import AdaptiveTracking
-from components.controllers.integral_sliding_mode import IntegralSlidingMode
-from components.controllers.pid import PID
-from components.controllers.prescribed_performance import PrescribedPerformance
+AdaptiveL2Gain = as_in("xiao2011-l2gain", "controller")
+AdaptiveTracking = as_in("zhang2018-atc", "controller")
+IntegralSlidingMode = as_in("geng2012-compensated", "controller")
+PID = as_in("xiao2011-pid", "controller", euler=0.0)
+PrescribedPerformance = as_in("zhang2018-ppatc", "controller")
+
 
 DEGREE = np.pi / 180
 BOTH = pytest.mark.parametrize("law", [PrescribedPerformance, AdaptiveTracking])

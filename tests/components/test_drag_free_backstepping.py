@@ -5,9 +5,11 @@ import numpy as np
 import pytest
 from helpers import Point
 from numpy.testing import assert_allclose
+from published import as_in
 from scipy.spatial.transform import Rotation
 
-from components.controllers.drag_free_backstepping import DragFreeBackstepping
+DragFreeBackstepping = as_in("li2014-nn", "controller")
+
 
 LAW = DragFreeBackstepping
 

@@ -5,14 +5,16 @@ import numpy as np
 import pytest
 from helpers import Point, numbers, split
 from numpy.testing import assert_allclose
+from published import as_in
 from scipy.spatial.transform import Rotation
 from scipy.stats import kstest
 
-from components.actuators.electrostatic_suspension import ElectrostaticSuspension
-from components.actuators.thrusters import Thrusters
-from components.estimators.electrostatic_sensor import ElectrostaticSensor
-from components.estimators.star_tracker_gyro import StarTrackerGyro
 from components.mathematics import noise, slewing
+
+ElectrostaticSuspension = as_in("li2014-printed-start-with-limits", "suspension")
+Thrusters = as_in("li2014-printed-start-with-limits", "actuators")
+ElectrostaticSensor = as_in("li2014-printed-start-with-limits", "cage_sensor")
+StarTrackerGyro = as_in("li2014-printed-start-with-limits", "sensor")
 
 N = 20000
 

@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 from helpers import Point, numbers, split
 from numpy.testing import assert_allclose
+from published import as_in
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from components.mathematics import gravity
 from components.numbers.earth import EARTH_RADIUS, J2, MU
-from components.plants.drag_free_satellite import DragFreeSatellite
+
+DragFreeSatellite = as_in("li2014-nn", "plant")
 
 ZERO = [0.0, 0.0, 0.0]
 QUIET = dict(mu=0.0, D=0.0, D_r=0.0, r_N=ZERO, v_N=ZERO, q_SN=[1, 0, 0, 0])

@@ -4,13 +4,17 @@ import numpy as np
 import pytest
 from helpers import Point, monolithic, split
 from numpy.testing import assert_allclose
+from published import as_in
 from scipy.linalg import solve_continuous_lyapunov
 from scipy.spatial.transform import Rotation
 from ye2016_loop import CONNECTIONS, KNOWN, OFF, SLOW, loop, outside
 
-from components.actuators.cmg_cluster import CmgCluster
-from components.controllers.hybrid_adaptive import HybridAdaptive
 from cosim.studies.papers.ye2016 import system
+
+CmgCluster = as_in(
+    "ye2016-adaptive", "actuators", wheel_speed=0.0, rotor_deviation=0.0, transverse_deviation=0.0, spin_deviation=0.0
+)
+HybridAdaptive = as_in("ye2016-adaptive", "controller")
 
 SENSED = {"q_BN", "omega_BN_B", "q_RN", "omega_RN_R", "omega_dot_RN_R"}
 POLES = (0.2, 0.3)

@@ -5,10 +5,12 @@ import pytest
 from geng2012_loop import plant, start
 from helpers import Point, numbers
 from numpy.testing import assert_allclose
+from published import as_in
 from scipy.linalg import block_diag, solve_continuous_are
 from scipy.spatial.transform import Rotation
 
-from components.controllers.integral_sliding_mode import IntegralSlidingMode
+IntegralSlidingMode = as_in("geng2012-compensated", "controller")
+
 
 LAW = IntegralSlidingMode()
 J, F = start(LAW, "J"), start(LAW, "delta").T

@@ -4,13 +4,16 @@ import numpy as np
 import pytest
 from helpers import Point, split
 from numpy.testing import assert_allclose
+from published import as_in
 from scipy.integrate import solve_ivp, trapezoid
 from scipy.spatial.transform import Rotation
 
-from components.drag_free import START_R_N, START_V_N
-from components.environment.low_orbit import LowOrbit
-from components.guidance.orbit_frame_from_state import OrbitFrameFromState
+from cosim.studies.papers.li2014.start import orbit
 
+LowOrbit = as_in("li2014-nn", "environment")
+OrbitFrameFromState = as_in("li2014-nn-lvlh", "guidance")
+
+START_R_N, START_V_N = orbit()
 LEVEL = dict(q_BN=[1, 0, 0, 0])
 SUN = np.array([0.6, -0.64, 0.48])
 

@@ -5,9 +5,12 @@ import pytest
 from geng2012_loop import CONNECTIONS, loop, plant, start
 from helpers import Monolithic, Point, numbers
 from numpy.testing import assert_allclose
+from published import as_in
 from scipy.integrate import solve_ivp
 
-from components.estimators.modal_observer import ModalObserver, place_gains
+from components.estimators.modal_observer import place_gains
+
+ModalObserver = as_in("geng2012-compensated", "observer")
 
 OBSERVER = ModalObserver()
 VEHICLE = {n: start(OBSERVER, n) for n in ("J", "delta", "Omega", "zeta")}

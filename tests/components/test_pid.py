@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from helpers import Point, monolithic
 from numpy.testing import assert_allclose
+from published import as_in
 from scipy.spatial.transform import Rotation
 
-from components.controllers.pid import PID
 from components.plants.flexible_spacecraft import FlexibleSpacecraft
+
+PID = as_in("xiao2011-pid", "controller", q_BN=[1, 0, 0, 0], omega_BN_B=0.0, omega_RN_R=0.0, euler=0.0)
 
 LOOP = [
     ("plant.q_BN", "controller.q_BN"),

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 from helpers import Point
 from numpy.testing import assert_allclose
+from published import as_in
 from scipy.spatial.transform import Rotation
 
-from components.environment.harmonic_torque import HarmonicTorque
 from components.environment.sum import Sum
-from components.guidance.euler_sinusoid import EulerSinusoid
+
+HarmonicTorque = as_in("zhang2018-ppatc", "environment")
+EulerSinusoid = as_in("zhang2018-ppatc", "guidance")
 
 DEGREE = np.pi / 180
 WIDE = dict(amplitude=[0.6, -0.9, 1.2], frequency=[0.1, 0.23, 0.17], phase=[0.3, 0, -1], bias=[0.2, 0.1, -2.0])

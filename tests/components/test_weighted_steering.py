@@ -7,6 +7,7 @@ from numpy.testing import assert_allclose
 
 from components.actuators.cmg_cluster import CmgCluster
 from components.actuators.weighted_steering import WeightedSteering
+from components.numbers.neutral import WHEEL_INERTIA
 
 STEERING = WeightedSteering()
 RNG = np.random.default_rng(7)
@@ -95,7 +96,7 @@ def test_the_wheels_give_what_a_limit_of_the_gyros_leaves_over(wheels):
 def test_rates_within_the_dead_zone_are_left_to_the_wheels():
     y = Point(WeightedSteering(gimbal_dead_zone=0.1), tau_command_B=COMMAND).outputs()
     assert not y["gimbal_rate_command"].any()
-    assert_allclose(-0.02 * y["wheel_acceleration_command"], COMMAND, rtol=1e-10)
+    assert_allclose(-WHEEL_INERTIA * y["wheel_acceleration_command"], COMMAND, rtol=1e-10)
     assert y["saturated"] == 0
 
 
@@ -103,7 +104,7 @@ def test_a_command_that_gyros_and_wheels_cannot_give_is_reported():
     """The wheels of 0.15 N m give what they can, and the plan is what the cluster will give."""
     part = WeightedSteering(**LIMITS, wheel_torque_limit=0.15)
     y = Point(part, tau_command_B=COMMAND).outputs()
-    torques = -0.02 * y["wheel_acceleration_command"]
+    torques = -WHEEL_INERTIA * y["wheel_acceleration_command"]
     assert_allclose(np.abs(torques).max(), 0.15)
     assert_allclose(given(part, y), y["tau_planned_B"], atol=1e-12)
     assert np.abs(y["tau_planned_B"] - COMMAND).max() > 0.05

@@ -32,6 +32,8 @@ def hardware() -> dict[str, Any]:
         "actuators.force_rate": Value([THRUST_RATE, 0.0, 0.0], "N/s"),
         "actuators.force_quantum": Value([THRUST_QUANTUM, 0.0, 0.0], "N"),
         "actuators.force_noise": Value([THRUST_NOISE, 0.0, 0.0], "N/Hz(1/2)"),
+        "actuators.f_last": Value([least, 0.0, 0.0], "N"),  # an ion thruster cannot be switched off
+        "actuators.f_now": Value([least, 0.0, 0.0], "N"),
         "actuators.torque_limit": Value([THRUSTER_TORQUE] * 3, "N.m"),
         "suspension.torque_limit": Value([SUSPENSION_TORQUE] * 3, "N.m"),
         "sensor.attitude_noise": Value([ATTITUDE_NOISE] * 3, "rad/Hz(1/2)"),
