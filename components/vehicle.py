@@ -21,17 +21,24 @@ from .numbers import neutral
 
 DEGREE = np.pi / 180
 
-J = Parameter(unit="kg.m2", shape=(3, 3), start=neutral.J, doc="inertia of the undeformed spacecraft, rotors locked")
+J = Parameter(
+    unit="kg.m2", shape=(3, 3), start=neutral.J, shared=True, doc="inertia of the undeformed spacecraft, rotors locked"
+)
 delta = Parameter(
     unit="kg(1/2).m",
     shape=("modes", 3),
     start=lambda c: neutral.coupling(c.modes),
+    shared=True,
     doc="coupling of rotation and modes, a row a mode",
 )
 Omega = Parameter(
-    unit="rad/s", shape=("modes",), start=lambda c: neutral.frequencies(c.modes), doc="modal frequency, hub clamped"
+    unit="rad/s",
+    shape=("modes",),
+    start=lambda c: neutral.frequencies(c.modes),
+    shared=True,
+    doc="modal frequency, hub clamped",
 )
-zeta = Parameter(unit="1", shape=("modes",), start=neutral.ZETA, doc="modal damping ratio")
+zeta = Parameter(unit="1", shape=("modes",), start=neutral.ZETA, shared=True, doc="modal damping ratio")
 
 
 class MomentumStorage:
@@ -41,25 +48,36 @@ class MomentumStorage:
         unit="1",
         shape=(3, "gimbals"),
         start=lambda c: neutral.pyramid(c.gimbals)[0],
+        shared=True,
         doc="gimbal axes",
     )
     rotor_axes_B = Parameter(
         unit="1",
         shape=(3, "gimbals"),
         start=lambda c: neutral.pyramid(c.gimbals)[1],
+        shared=True,
         doc="rotor axes at angle 0",
     )
     rotor_momentum = Parameter(
-        unit="N.m.s", shape=("gimbals",), start=neutral.ROTOR_MOMENTUM, doc="angular momentum of each gyro's rotor"
+        unit="N.m.s",
+        shape=("gimbals",),
+        start=neutral.ROTOR_MOMENTUM,
+        shared=True,
+        doc="angular momentum of each gyro's rotor",
     )
     spin_axes_B = Parameter(
         unit="1",
         shape=(3, "wheels"),
         start=lambda c: neutral.wheel_axes(c.wheels),
+        shared=True,
         doc="spin axes, a column a wheel",
     )
     wheel_inertia = Parameter(
-        unit="kg.m2", shape=("wheels",), start=neutral.WHEEL_INERTIA, doc="inertia of a wheel about its spin axis"
+        unit="kg.m2",
+        shape=("wheels",),
+        start=neutral.WHEEL_INERTIA,
+        shared=True,
+        doc="inertia of a wheel about its spin axis",
     )
 
 

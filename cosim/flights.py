@@ -18,6 +18,7 @@ from cosim.masters.run import run
 from cosim.masters.watch import Watch
 from cosim.results import formats, runinfo
 from cosim.results.claim import claimed, release
+from cosim.results.effective import Effective
 from cosim.results.folder import clear, refuse_existing, write_info
 from cosim.results.recorder import Recorder
 from cosim.results.result import Judge, Result
@@ -108,6 +109,7 @@ class _Plan:
     wiring: Wiring
     course: Course
     initialization: Initialization
+    effective: Effective
     info: Mapping[str, Any]
 
 
@@ -190,6 +192,8 @@ class Prepared:
                         refuse_existing(folder)  # of a run that ended while this one began
                     clear(folder)
                 info = {**plan.info, **runinfo.process()}
+                if folder is not None:  # a third of the cost of a short flight that is not kept
+                    info["values"] = plan.effective.read(crew, plan.wiring.settings)
                 with _story(folder, info):
                     flight = _Flight(plan.course, crew, point, folder, progress, info)
                     flight.fly()
@@ -230,7 +234,7 @@ class Prepared:
             return self._planned(wiring, schedule, master, experiment, record)
         timed = replace(plan.wiring, settings=wiring.settings)
         info = {**plan.info, "parameters": runinfo.values(timed, timed.settings)}
-        return replace(plan, initialization=plan.initialization.with_settings(timed), info=info)
+        return replace(plan, wiring=timed, initialization=plan.initialization.with_settings(timed), info=info)
 
     def _planned(
         self, wiring: Wiring, schedule: Schedule, master: Master, experiment: Experiment, record: tuple[str, ...]
@@ -238,7 +242,9 @@ class Prepared:
         timed = master.timed(wiring)
         course = master.course(timed, schedule, record, experiment.stop_when)
         info = runinfo.setup(self.system, experiment, timed, course, master, self._paths, self._swaps)
-        return _Plan(timed, course, Initialization.of(timed, course.layout), info)
+        for line in info["warnings"]:
+            _warn(line)
+        return _Plan(timed, course, Initialization.of(timed, course.layout), Effective(timed), info)
 
     def _result(
         self, plan: _Plan, flight: "_Flight", folder: Path | None, format: str
@@ -345,6 +351,12 @@ def _story(folder: Path | None, info: Mapping[str, Any]) -> Generator[None]:
 
 def _tell(flown: Flown) -> None:
     """Say once why a run flies in Python that was to fly in the kernel, fifty times faster."""
-    if flown.reason and flown.reason not in _told and not flown.reason.startswith("kernel="):
-        _told.add(flown.reason)
-        _log.warning("the loop runs in Python, not in the kernel, for %s", flown.reason)
+    if flown.reason and not flown.reason.startswith("kernel="):
+        _warn(f"the loop runs in Python, not in the kernel, for {flown.reason}")
+
+
+def _warn(line: str) -> None:
+    """Say a line once a process."""
+    if line not in _told:
+        _told.add(line)
+        _log.warning("%s", line)

@@ -12,8 +12,7 @@ columns t): mathematics/allocation.py.
 Symbols: gamma gimbal_angle, s rotor axis, t transverse axis, h rotor_momentum; Om wheel_speed, a spin axis, I
 wheel_inertia; T gimbal_lag. All axes in B. tau_B is the mean of (3) over the communication step.
 Source: D. Ye, Z. Sun, Y. Liu, An adaptive control algorithm for hybrid actuator with installation deviation, J. Harbin
-Inst. Tech. 48(11), 2016, equations (3), (5) and the deviations after (18). It prints no numbers of its cluster: those
-at the start were chosen, without deviation.
+Inst. Tech. 48(11), 2016, equations (3), (5) and the deviations after (18).
 Invariants: the total momentum of body and cluster, for any deviation: tau_B is what h_B loses.
 Limits: no inertia of the gimbals, no friction; J of the vehicle contains the rotors and does not move with gamma; the
 speed of a wheel has no limit. Deviations are element by element, as the paper has them: s_i0 need not stay a unit
@@ -31,6 +30,7 @@ from ..mathematics.limits import saturated
 
 
 class CmgCluster(Component):
+    role = "actuators"
     ports = vehicle.MomentumStorage
     gimbals: int = 4  # structural: control moment gyros
     wheels: int = 3  # structural: reaction wheels

@@ -16,7 +16,7 @@ With hand_over = 0 the gyros keep the whole command, c = 1 in (2); (8) still goe
 Symbols: u tau_command_B, gamma gimbal_angle from x, h_i rotor_momentum, e attitude_error, w omega_BN_B, A_w
 spin_axes_B, a wheel_acceleration_command, I_w wheel_inertia; all axes in B. W, V bring the gyros off a singularity.
 Source: Y. Geng, W. Wu, G. Ma, Neural network compensation of flexible satellite rapid maneuver, J. Harbin Inst. Tech.
-44(5), 2012: (4)-(6) and the cluster; the numbers here are this file's. It prints a wheel about z, trim_wheels = 0, and
+44(5), 2012: (4)-(6); the equation numbers here are this file's. It prints a wheel about z, trim_wheels = 0, and
 says that wheels about x and y act in the end phase only, 2. Not in the paper: A normalised, (2), (3), trim_wheels = 1.
 Invariants: with trim_wheels = 1 the command is met exactly where neither a wheel nor the plane's limit cuts it.
 Limits: gyros with parallel gimbal axes; two equal ones have m = n (1 - n/4), n = |h|^2 / h_0^2, and are singular
@@ -36,6 +36,7 @@ from ..vehicle import DEGREE, MomentumStorage, StorageLimits, limit_conditions
 
 
 class CmgSteering(Component):
+    role = "steering"
     gimbals: int = 2  # structural: gyros with parallel gimbal axes
     wheels: int = 3  # structural: reaction wheels
 

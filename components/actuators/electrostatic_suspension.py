@@ -4,8 +4,8 @@
     tau = y rounded to quanta within its limits + noise, white, held between samples              (2)
 
 Frames: T test mass. Symbols: T in (1) sample_time.
-Source: chosen for H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
-Technology and Automation 33(2), 2014: 2e-8 N m as on LISA Pathfinder.
+Source: made for H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
+Technology and Automation 33(2), 2014.
 Invariants: without noise the limits hold at every sample.
 Limits: no force on the test mass, no stiffness of its own: that is the plant's K_r.
 """
@@ -21,6 +21,7 @@ from ..numbers import neutral
 
 
 class ElectrostaticSuspension(Component):
+    role = "actuators"
     sample_time = neutral.SAMPLE
 
     torque_limit = Parameter(unit="N.m", shape=(3,), start=neutral.NO_LIMIT, doc="largest torque, each axis; 1e9: none")

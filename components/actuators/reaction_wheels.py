@@ -41,10 +41,18 @@ class ReactionWheels(Component):
     wheels: int = 3  # structural: number of wheels
 
     spin_axes_B = Parameter(
-        unit="1", shape=(3, "wheels"), start=lambda c: neutral.wheel_axes(c.wheels), doc="spin axes, a column a wheel"
+        unit="1",
+        shape=(3, "wheels"),
+        start=lambda c: neutral.wheel_axes(c.wheels),
+        shared=True,
+        doc="spin axes, a column a wheel",
     )
     torque_limit = Parameter(
-        unit="N.m", shape=("wheels",), start=neutral.NO_LIMIT, doc="largest motor torque of a wheel; 1e9: none"
+        unit="N.m",
+        shape=("wheels",),
+        start=neutral.NO_LIMIT,
+        shared=True,
+        doc="largest motor torque of a wheel; 1e9: none",
     )
     momentum_limit = Parameter(
         unit="N.m.s", shape=("wheels",), start=neutral.NO_LIMIT, doc="largest momentum of a wheel; 1e9: none"

@@ -23,6 +23,7 @@ from ..numbers import neutral
 
 
 class Thrusters(Component):
+    role = "actuators"
     sample_time = neutral.SAMPLE
 
     force_lower = Parameter(unit="N", shape=(3,), start=-neutral.NO_LIMIT, doc="least force, each axis; -1e9: none")

@@ -32,6 +32,7 @@ from ..mathematics.limits import saturated
 
 
 class WeightedSteering(Component):
+    role = "steering"
     ports = (vehicle.MomentumStorage, vehicle.StorageLimits)
     gimbals: int = 4  # structural: control moment gyros
     wheels: int = 3  # structural: reaction wheels

@@ -77,7 +77,11 @@ class AdaptiveL2Gain(Component):
     J = vehicle.J
     normalised = Parameter(unit="1", start=1.0, doc="1: weights of g in units of 1/J_ii, 0: of 1/(kg m^2), as printed")
     torque_limit = Parameter(
-        unit="N.m", shape=(3,), start=neutral.NO_LIMIT, doc="u_max, limit per body axis; 1e9: none (Theorem 1)"
+        unit="N.m",
+        shape=(3,),
+        start=neutral.NO_LIMIT,
+        shared=True,
+        doc="u_max, limit per body axis; 1e9: none (Theorem 1)",
     )
     time_unit = Parameter(unit="s", start=5.0, doc="T, unit of time of the gains and of the widths")
     k_theta = Parameter(unit="1", start=0.5, doc="k, gain of the angles")

@@ -26,7 +26,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from .. import drag_free
+from .. import drag_free, vehicle
 from ..framework import (
     Component,
     Condition,
@@ -52,9 +52,10 @@ def _grid(component: Any) -> np.ndarray:
 
 
 class DragFreeBackstepping(Component):
+    role = "controller"
     nodes: int = 25  # structural: nodes of each network
 
-    J = drag_free.J
+    J = vehicle.J
     m_sc = drag_free.m_sc
     m_tm = drag_free.m_tm
     I_tm = drag_free.I_tm

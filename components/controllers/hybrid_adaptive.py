@@ -76,6 +76,7 @@ def _unit(q: Any) -> Any:
 
 
 class HybridAdaptive(Component):
+    role = "controller"
     ports = vehicle.MomentumStorage
     gimbals: int = 4  # structural: control moment gyros
     wheels: int = 3  # structural: reaction wheels

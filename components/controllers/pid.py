@@ -8,8 +8,8 @@
 
 Symbols: I integral of the error; z, u per body axis. Frames: B body, R reference.
 Source: B. Xiao, Q. Hu, G. Ma, Adaptive L2-gain controller for flexible spacecraft attitude tracking, Control Theory &
-Applications 28(1), 2011, section 4: the start values are its gains [2500, 50, 4000], read as K_p, K_i, K_d, and its
-limit; (2) is the paper's error, (1) the same to first order and without a singularity. Numbers are those of this file.
+Applications 28(1), 2011, section 4, which prints [2500, 50, 4000], read as K_p, K_i, K_d; (2) is the paper's error, (1)
+the same to first order and without a singularity. Equation numbers are those of this file.
 Invariants: at z = w_e = I = 0 no torque; with (5) an axis at its limit does not wind up further.
 Limits: no feedforward of the reference's acceleration or of the gyroscopic torque. Half a turn off, either way is the
 short one. Without conditional integration it winds up: the paper's gains diverge where J |z(0)| > 20 to 25 kg m^2. With
@@ -50,7 +50,7 @@ class PID(Component):
         unit="N.m.s/rad", shape=(3,), start=2 * neutral.DAMPING * neutral.BANDWIDTH * INERTIA, doc="gain of the rate"
     )
     torque_limit = Parameter(
-        unit="N.m", shape=(3,), start=neutral.NO_LIMIT, doc="largest torque per body axis; 1e9: none"
+        unit="N.m", shape=(3,), start=neutral.NO_LIMIT, shared=True, doc="largest torque per body axis; 1e9: none"
     )
     conditional = Parameter(unit="1", start=0.0, doc="1: conditional integration, 0: the error is always integrated")
 

@@ -6,9 +6,8 @@
 
 Frames: S satellite and cage, T test mass. An output has the name of what it measures; the true ones end in _true.
 Symbols: T sample_time, T_f filter_time, n white noise.
-Source: chosen for H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
-Technology and Automation 33(2), 2014, whose law needs velocities that nothing measures: 2 nm/sqrt(Hz) and
-150 nrad/sqrt(Hz) (LISA Pathfinder), 10 Hz, 0.1 s.
+Source: made for H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
+Technology and Automation 33(2), 2014, whose law needs velocities that nothing measures.
 Invariants: a constant velocity is estimated as it is, after some T_f; the filters start at rest.
 Limits: (3) takes the rate of th as the body rate, right to second order in th. (2) lags by about T_f.
 """
@@ -26,6 +25,7 @@ from ..vehicle import quaternion_condition
 
 
 class ElectrostaticSensor(Component):
+    role = "sensor"
     sample_time = neutral.SAMPLE
 
     position_noise = Parameter(unit="m/Hz(1/2)", shape=(3,), doc="density of the noise of the position")

@@ -31,6 +31,7 @@ from ..framework import CalculatedParameter, Component, Condition, Input, Output
 
 
 class ModalObserver(Component):
+    role = "estimator"
     modes: int = 4  # structural: modes that are estimated
 
     J = vehicle.J

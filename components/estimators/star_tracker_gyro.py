@@ -4,8 +4,8 @@
     omega_BN_B = omega_true + n, n white noise of each axis                                       (2)
 
 Frames: B body, N inertial. An output has the name of what it measures, the true one is q_BN_true, omega_BN_B_true.
-Source: chosen for H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
-Technology and Automation 33(2), 2014: 1e-5 rad/sqrt(Hz) and 1e-6 rad/s/sqrt(Hz), both assumed, at 10 Hz.
+Source: made for H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
+Technology and Automation 33(2), 2014.
 Invariants: |q_BN| = 1; the same seed gives the same noise.
 Limits: no bias, no misalignment, no delay, no blinding.
 """
@@ -23,6 +23,7 @@ from ..vehicle import quaternion_condition
 
 
 class StarTrackerGyro(Component):
+    role = "sensor"
     sample_time = neutral.SAMPLE
 
     attitude_noise = Parameter(unit="rad/Hz(1/2)", shape=(3,), doc="density of the star tracker's noise")

@@ -40,11 +40,13 @@ class Component:
     sample_time: ClassVar[Any] = None
     solver_step: ClassVar[float] = 1e-3  # largest internal step, s; parameter `solver.step`
     python_only: ClassVar[bool] = False
+    role: str = ""  # what it is in a loop, as in "plant"; that of its ports, unless it says so itself
 
     def __init__(self, **values: Any):
         """Fix the structure and replace start values: structural parameters and variables by their names."""
         self.name = type(self).__name__
         self.given = dict(values)
+        self.role = type(self).role or next((r for port in _ports(type(self)) if (r := getattr(port, "role", ""))), "")
         structural = _structural(type(self))
         self.structure = {n: values.pop(n, default) for n, default in structural.items()}
         for n, value in self.structure.items():
@@ -77,6 +79,12 @@ class Component:
         rates = type(self).derivatives is not Component.derivatives
         if self.sample_time is not None and rates:
             raise ComponentError(self.name, "a sampled component (sample_time) writes update, not derivatives.")
+        for mean in (o for o in self.outputs_declared if o.mean_of):
+            of = self._variables.get(mean.mean_of)
+            if of is None or of.shape != mean.shape:
+                there = "there is none" if of is None else f"it has shape {of.shape}"
+                text = f"{mean.name}, of shape {mean.shape}, is declared as the mean of {mean.mean_of}, but {there}."
+                raise ComponentError(self.name, text)
         if self.states and not (rates or self.sampled or self.python_only):
             raise ComponentError(self.name, "has states but neither derivatives nor sample_time with update.")
 
@@ -246,11 +254,15 @@ def _structural(cls: type) -> dict[str, int]:
     return found
 
 
+def _ports(cls: type) -> tuple[type, ...]:
+    """Return the classes whose declarations a component takes over."""
+    return cls.ports if isinstance(cls.ports, tuple) else (cls.ports,)
+
+
 def _declared(cls: type) -> dict[str, Variable]:
     """Return what ports, bases and class declare, a later declaration replacing an earlier one in its place."""
-    ports = cls.ports if isinstance(cls.ports, tuple) else (cls.ports,)
     found: dict[str, Variable] = {}
-    for source in (*ports, *reversed(cls.__mro__)):
+    for source in (*_ports(cls), *reversed(cls.__mro__)):
         found = _merge(cls.__name__, found, {n: v for n, v in vars(source).items() if isinstance(v, Variable)})
     return found
 

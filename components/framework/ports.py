@@ -2,8 +2,11 @@
 
 Frames are in the names: B body, N inertial, R reference; x_BN_B is B relative to N in components of B. A quaternion is
 a unit quaternion, scalar first, Hamilton: v_N = q_BN (x) v_B (x) q_BN*. A component may declare one of these variables
-itself, e.g. as a state that is an output, with the same unit and shape.
+itself, e.g. as a state that is an output, with the same unit and shape. A component without ports of a role says its
+`role` itself.
 """
+
+from typing import ClassVar
 
 from .variables import Input, Output
 
@@ -12,6 +15,8 @@ NO_ROTATION = (1.0, 0.0, 0.0, 0.0)  # as a quaternion
 
 class AttitudePlant:
     """What an attitude plant takes and shows."""
+
+    role: ClassVar[str] = "plant"
 
     tau_B = Input(unit="N.m", shape=(3,), doc="torque of the actuators on the hub")
     h_B = Input(unit="N.m.s", shape=(3,), doc="angular momentum stored by the actuators, relative to the hub")
@@ -24,6 +29,8 @@ class AttitudePlant:
 
 class AttitudeController:
     """What a torque-commanding attitude controller takes and shows."""
+
+    role: ClassVar[str] = "controller"
 
     q_BN = Input(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude of the body, scalar first")
     omega_BN_B = Input(unit="rad/s", shape=(3,), display_unit="deg/s", nominal=1e-2, doc="body rate")
@@ -43,13 +50,19 @@ class AttitudeController:
 class ActuatorCluster:
     """What a torque-commanded actuator cluster takes and shows."""
 
+    role: ClassVar[str] = "actuators"
+
     tau_command_B = Input(unit="N.m", shape=(3,), doc="torque wanted on the hub")
-    tau_B = Output(unit="N.m", shape=(3,), step_mean=True, doc="torque on the hub, mean over the communication step")
+    tau_B = Output(
+        unit="N.m", shape=(3,), step_mean=True, mean_of="h_B", doc="torque on the hub, mean over the communication step"
+    )
     h_B = Output(unit="N.m.s", shape=(3,), doc="angular momentum stored, relative to the hub")
 
 
 class Guidance:
     """The reference attitude and its motion."""
+
+    role: ClassVar[str] = "guidance"
 
     q_RN = Output(unit="1", shape=(4,), doc="attitude of the reference, scalar first")
     omega_RN_R = Output(unit="rad/s", shape=(3,), display_unit="deg/s", nominal=1e-2, doc="rate of the reference")
@@ -58,5 +71,7 @@ class Guidance:
 
 class Environment:
     """A disturbance."""
+
+    role: ClassVar[str] = "environment"
 
     tau_dist_B = Output(unit="N.m", shape=(3,), doc="disturbance torque on the hub")

@@ -46,9 +46,13 @@ class Variable:
 
 @dataclass(frozen=True, kw_only=True)
 class Parameter(Variable):
-    """A number that a user may set: fixed at the end of initialization, or tunable between steps."""
+    """A number that a user may set: fixed at the end of initialization, or tunable between steps.
+
+    shared: it is one of the vehicle, with one value in every component that knows it.
+    """
 
     tunable: bool = False
+    shared: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,10 +83,12 @@ class Output(Variable):
     """An output, computed by `outputs(t, x, u, p)`.
 
     step_mean: the output is instead the mean, over the last communication step, of the time derivative of what
-    `step_means(t, x, p)` gives for it. It keeps the total momentum when two units exchange a torque.
+    `step_means(t, x, p)` gives for it. It keeps the total momentum when two units exchange a torque. mean_of: the
+    output, of the same shape, whose rate that is, up to its sign; who takes both takes it as a ramp.
     """
 
     step_mean: bool = False
+    mean_of: str = ""
 
 
 def expand(value: Any, shape: tuple[int, ...]) -> np.ndarray:

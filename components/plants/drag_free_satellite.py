@@ -28,7 +28,7 @@ from typing import Any
 
 import casadi as ca
 
-from .. import drag_free
+from .. import drag_free, vehicle
 from ..framework import (
     CalculatedParameter,
     Component,
@@ -47,7 +47,8 @@ from ..vehicle import inertia_conditions, quaternion_condition
 
 
 class DragFreeSatellite(Component):
-    J = drag_free.J
+    role = "plant"
+    J = vehicle.J
     m_sc = drag_free.m_sc
     m_tm = drag_free.m_tm
     I_tm = drag_free.I_tm

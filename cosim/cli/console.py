@@ -78,7 +78,10 @@ def write_swap(report: "SwapReport") -> None:
 
 def write_summary(result: "Result") -> None:
     """How a run ended, how long it took, whether its controller left its domain, and its metrics."""
-    from cosim.studies.metrics import out_of_domain  # here, for a message must not wait for what it imports
+    from cosim.studies.metrics import (
+        not_measured,
+        out_of_domain,
+    )  # here, for a message must not wait for what it imports
 
     info = result.info
     wall = info["wall_time"]
@@ -101,6 +104,8 @@ def write_summary(result: "Result") -> None:
         write(f"{name} says: {first}{times}{more}")
     if outside := out_of_domain(result):
         write(f"the controller was {outside}")
+    if missing := not_measured(result):
+        write(f"not measured: {missing}")
     metrics: Mapping[str, object] = info.get("metrics") or {}
     write_table((), [(name, _figures(value)) for name, value in metrics.items()])
 

@@ -11,7 +11,7 @@ from cosim.system import System
 from cosim.system.expand import wire
 from cosim.system.wiring import Wiring
 from fmus.description.description import ModelDescription
-from fmus.description.names import split_element
+from fmus.description.names import nested, split_element
 from fmus.description.read import read_description
 from fmus.export.build import CATALOG, build_reference
 
@@ -21,15 +21,6 @@ Locate = Callable[[str], Path]
 def read_descriptions(system: System, locate: Locate) -> dict[str, ModelDescription]:
     """Return the description of each instance's FMU."""
     return {name: read_description(locate(reference)) for name, reference in system.components.items()}
-
-
-def shape(flat: Sequence[Any], size: tuple[int, ...]) -> Any:
-    """Return the elements of a variable as a number, a list, or a list of rows."""
-    if not size:
-        return flat[0]
-    if len(size) == 1:
-        return list(flat)
-    return [list(flat[i : i + size[1]]) for i in range(0, len(flat), size[1])]
 
 
 def build_system(
@@ -69,5 +60,5 @@ def start_values(wiring: Wiring, instance: str) -> dict[str, Any]:
     for base in {split_element(name)[0] for name in scalars}:
         group = fmu.groups[base]
         flat = [scalars.get(e, fmu.variables[e].start) for e in group.elements]
-        values[base] = shape(flat, group.shape)
+        values[base] = nested(flat, group.shape)
     return values

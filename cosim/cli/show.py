@@ -1,18 +1,20 @@
 """What `adcs show` says about a system before it flies, and about an FMU."""
 
 import dataclasses
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
 from cosim.cli import console
-from cosim.cli.instances import Locate, read_descriptions, shape
+from cosim.cli.instances import Locate, read_descriptions
 from cosim.masters.explicit import Explicit
 from cosim.system import Experiment, System, graph
 from cosim.system.expand import wire
+from cosim.system.shared import disagreements
 from cosim.system.system import MasterSettings
 from cosim.system.wiring import Port, Wiring
-from fmus.description.description import ModelDescription
-from fmus.description.names import split_element
+from fmus.description.description import ModelDescription, ScalarVariable
+from fmus.description.names import Group, nested, split_element
 from fmus.description.read import read_description
 
 WORDS = {"centred": "after_step, centred"}
@@ -28,15 +30,18 @@ def write_system(system: System, experiment: Experiment, locate: Locate) -> None
     head = ("order", "instance", "FMU", "parameters and initial states that are set")
     console.write_table(head, _instances(order, system, wiring), whole=(0, 1, 2))
     console.write("")
-    console.write_table(("from", "to", "unit", "timing"), _connections(wiring))
+    console.write_table(("from", "to", "unit", "timing"), _connections(system, wiring))
     console.write("")
     console.write_table(("held", "unit"), [(f"{port} = {value}", unit) for port, value, unit in _held(wiring)])
-    lines = ["", "direct feedthrough, output <- inputs:"]
+    lines = ["", "start values that nothing sets (those of one FMU: adcs show FMU):"]
+    lines += [line for name in order for line in _left_alone(name, wiring)] or ["  none"]
+    lines += ["", "direct feedthrough, output <- inputs:"]
     lines += [f"  {line}" for name in order for line in _feedthrough(name, wiring.descriptions[name])] or ["  none"]
     loops = [*graph.algebraic_loops(wiring), *graph.algebraic_loops(wiring, initial=True)]
     lines += ["algebraic loops: " + ("" if loops else "none"), *(f"  {' <- '.join(loop)}" for loop in loops)]
     delayed = [str(path) for path in graph.refresh_order(wiring).delayed]
     lines += ["delayed paths: " + ("" if delayed else "none"), *(f"  {path}" for path in delayed)]
+    lines += disagreements(wiring)
     console.write("\n".join(lines))
 
 
@@ -50,8 +55,10 @@ def write_fmu(path: Path) -> None:
         if base.startswith("der("):
             continue
         size = f"[{','.join(map(str, group.shape))}]" if group.shape else ""
-        rows.append((f"{base}{size}", first.causality, first.variability, first.unit or "", first.description))
-    console.write_table(("variable", "causality", "variability", "unit", "description"), rows, whole=(0, 1, 2, 3))
+        kind = (first.causality, first.variability, first.unit or "")
+        rows.append((f"{base}{size}", *kind, _start(fmu, group), first.description))
+    heads = ("variable", "causality", "variability", "unit", "start", "description")
+    console.write_table(heads, rows, whole=(0, 1, 2, 3))
     can = {
         "input interpolation": fmu.can_interpolate_inputs,
         "output derivatives": fmu.max_output_derivative_order > 0,
@@ -65,14 +72,17 @@ def write_fmu(path: Path) -> None:
     console.write("\n".join(lines))
 
 
-def _connections(wiring: Wiring) -> list[tuple[str, str, str, str]]:
-    """Return one row per connected array: elements are joined where they have one timing."""
+def _connections(system: System, wiring: Wiring) -> list[tuple[str, str, str, str]]:
+    """Return one row per connected array: elements are joined where they have one timing; defaults are marked."""
+    silent = {c.target for c in system.connections if c.timing is None}
     rows: dict[tuple[str, str, str, str], None] = {}
     for link in wiring.links:
         source, target = (f"{p.component}.{split_element(p.variable)[0]}" for p in (link.source, link.target))
         ends = (wiring.descriptions[p.component].variables[p.variable].unit or "" for p in (link.source, link.target))
         units = " -> ".join(dict.fromkeys(ends))
-        rows[source, target, units, "step mean" if link.step_mean else WORDS.get(link.timing, link.timing)] = None
+        timing = "step mean" if link.step_mean else WORDS.get(link.timing, link.timing)
+        default = " (default)" if {target, str(link.target)} & silent else ""
+        rows[source, target, units, timing + default] = None
     return list(rows)
 
 
@@ -95,6 +105,34 @@ def _instances(order: Sequence[str], system: System, wiring: Wiring) -> list[tup
     return rows
 
 
+def _left_alone(name: str, wiring: Wiring) -> list[str]:
+    """Return a line with the parameters and initial states of an instance that keep their start values, if any do."""
+    fmu = wiring.descriptions[name]
+    alone = [
+        f"{base} = {_start(fmu, g)} {_unit(fmu.variables[g.elements[0]])}".strip()
+        for base, g in fmu.groups.items()
+        if all(fmu.variables[e].is_parameter and Port(name, e) not in wiring.settings for e in g.elements)
+    ]
+    return (
+        textwrap.wrap(f"{name}: {', '.join(alone)}", 116, initial_indent="  ", subsequent_indent="    ")
+        if alone
+        else []
+    )
+
+
+def _unit(variable: ScalarVariable) -> str:
+    return "" if variable.unit in (None, "1") else variable.unit
+
+
+def _start(fmu: ModelDescription, group: Group) -> str:
+    """Return the start value of a variable, one for all elements where they have one; "" where there is none."""
+    values = [fmu.variables[e].start for e in group.elements]
+    if None in values:
+        return ""
+    words = [f"{v:.6g}" if isinstance(v, float) else str(v) for v in values]
+    return words[0] if len(set(words)) == 1 else str(nested(words, group.shape)).replace("'", "")
+
+
 def _held(wiring: Wiring) -> list[tuple[str, str, str]]:
     """Return name, value and unit of the held inputs, arrays whole."""
     rows: list[tuple[str, str, str]] = []
@@ -103,7 +141,7 @@ def _held(wiring: Wiring) -> list[tuple[str, str, str]]:
             values = [wiring.held[port] for e in g.elements if (port := Port(instance, e)) in wiring.held]
             if values and len(values) == len(g.elements):
                 unit = fmu.variables[g.elements[0]].unit or ""
-                rows.append((f"{instance}.{base}", str(shape(values, g.shape)), unit))
+                rows.append((f"{instance}.{base}", str(nested(values, g.shape)), unit))
             elif values:
                 parts = [(e, wiring.held[Port(instance, e)]) for e in g.elements if Port(instance, e) in wiring.held]
                 rows += [(f"{instance}.{e}", str(value), fmu.variables[e].unit or "") for e, value in parts]

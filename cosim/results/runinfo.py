@@ -15,6 +15,7 @@ from typing import Any
 from cosim.masters.master import Course
 from cosim.slaves.slave import Slave
 from cosim.system import Experiment, System
+from cosim.system.shared import disagreements
 from cosim.system.swap import SwapReport
 from cosim.system.wiring import Port, Wiring
 from cosim.time import Schedule
@@ -58,6 +59,7 @@ def setup(
         "connections": _connections(wiring),
         "parameters": values(wiring, wiring.settings),
         "held": values(wiring, wiring.held),
+        "warnings": disagreements(wiring),
         "swaps": [dataclasses.asdict(report) for report in swaps],
         "units": dict(zip(columns.names, columns.units, strict=True)),
         "types": {n: kind for n, kind in zip(columns.names, columns.types, strict=True) if kind != "Real"},
@@ -114,6 +116,9 @@ def _component(reference: str, description: ModelDescription, path: Path | None,
         "model_name": description.model_name,
         "guid": description.guid,
         "generation_tool": description.generation_tool,
+        "role": description.role,
+        "inputs": description.base_names("input"),
+        "outputs": description.base_names("output"),
         "steps": steps,
     }
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 from cosim.errors import SimulationError, UnknownName, WiringError, WiringErrors
 from cosim.system.parameters import Parameters
@@ -9,7 +10,7 @@ from cosim.system.system import TIMINGS, Connection, System
 from cosim.system.wiring import Link, Port, Wiring
 from cosim.time import LARGEST_INTEGER
 from fmus.description.description import ModelDescription, Scalar, ScalarVariable, Type
-from fmus.description.names import Group, group, split_port
+from fmus.description.names import Group, group, split_element, split_port
 from fmus.description.units import IDENTITY, conversion
 
 __all__ = ["Link", "Port", "Wiring", "wire"]
@@ -136,7 +137,7 @@ class _Checker:
             both = f"{connection.source} has unit {units[0]}, {connection.target} has unit {units[1]}"
             self._wrong(f"{both}: they cannot be converted", connection)
         step_mean = source.variable in a.step_means
-        timing = connection.timing or ("after_step" if step_mean else "at_point")
+        timing = connection.timing or self._default(source, target)
         if timing not in TIMINGS:
             return self._wrong(f'{names} has timing "{timing}"', connection, f"Choose {', '.join(TIMINGS)}.")
         if step_mean and timing != "after_step":
@@ -151,6 +152,30 @@ class _Checker:
         if timing == "ramp" and not b.can_interpolate_inputs:
             timing = "midpoint"  # the value in the middle of the same line
         return [Link(source, target, timing, found or IDENTITY, step_mean, _allowed(*ends))]
+
+    def _default(self, source: Port, target: Port) -> str:
+        """Return the timing of a connection that does not say one.
+
+        What a step mean is of goes as a ramp to who takes both: held from a point on, momentum and torque would not be
+        those of one exchange.
+        """
+        if source.variable in self.descriptions[source.component].step_means:
+            return "after_step"
+        return "ramp" if (source, target.component) in self._exchanged else "at_point"
+
+    @cached_property
+    def _exchanged(self) -> frozenset[tuple[Port, str]]:
+        """What step means are of, each with the component that takes the mean."""
+        found: set[tuple[Port, str]] = set()
+        for connection in self.system.connections:
+            (source, name), target = split_port(connection.source), split_port(connection.target)[0]
+            means = self.descriptions[source].step_means if source in self.descriptions else {}
+            found |= {
+                (Port(source, of), target)
+                for mean, of in means.items()
+                if of and name in (mean, split_element(mean)[0])
+            }
+        return frozenset(found)
 
     def inputs(self, links: list[Link], held: Mapping[Port, object]) -> None:
         """Find inputs without a source and inputs with two, whole arrays at a time."""

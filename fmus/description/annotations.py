@@ -1,15 +1,18 @@
 """What our FMUs tell our master beyond FMI 2.0: VendorAnnotations, and parameters with a meaning of their own.
 
-    <VendorAnnotations><Tool name="adcs-cosim"><Slave refresh="true" sampled="false"><StepMean variable="tau_B[1]"/>
+    <VendorAnnotations><Tool name="adcs-cosim"><Slave refresh="true" sampled="false" role="actuators">
+        <StepMean variable="tau_B[1]" of="h_B[1]"/><Shared variable="spin_axes_B[1,1]"/>
 
 refresh: outputs may be read again after a set, without a step. sampled: the FMU has samples instead of a continuous
-state. StepMean: an output that is the mean over the last communication step.
+state. role: what it is in a loop, as in "plant" or "controller". StepMean: an output that is a mean over the last
+communication step; `of`: the output whose rate, up to its sign, is meant. Shared: a parameter of the whole vehicle,
+which has one value wherever it is known.
 
 Any other FMU lacks them. Read and written here only; the element classes are those of the caller.
 """
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 TOOL = "adcs-cosim"
@@ -25,11 +28,13 @@ COMMIT_SHOWN = "solver.commit_shown"
 
 @dataclass(frozen=True)
 class Annotations:
-    """The marks of one FMU; `step_means`: names of variables as they stand in the file."""
+    """The marks of one FMU, with names of variables as they stand in the file; `step_means`: mean -> what it is of."""
 
     refresh: bool = False
     sampled: bool = False
-    step_means: tuple[str, ...] = ()
+    role: str = ""
+    step_means: Mapping[str, str] = field(default_factory=dict)
+    shared: tuple[str, ...] = ()
 
 
 def read_annotations(root: Any) -> Annotations:
@@ -37,20 +42,28 @@ def read_annotations(root: Any) -> Annotations:
     slave = root.find(f"VendorAnnotations/Tool[@name='{TOOL}']/Slave")
     if slave is None:
         return Annotations()
-    means = tuple(e.get("variable", "") for e in slave.findall("StepMean"))
-    return Annotations(slave.get("refresh") == "true", slave.get("sampled") == "true", means)
+    return Annotations(
+        refresh=slave.get("refresh") == "true",
+        sampled=slave.get("sampled") == "true",
+        role=slave.get("role", ""),
+        step_means={e.get("variable", ""): e.get("of", "") for e in slave.findall("StepMean")},
+        shared=tuple(e.get("variable", "") for e in slave.findall("Shared")),
+    )
 
 
-def write_annotations(root: Any, refresh: bool, sampled: bool, step_means: Iterable[str]) -> None:
+def write_annotations(root: Any, marked: Annotations) -> None:
     """Append VendorAnnotations to an fmiModelDescription element, where there is anything to mark."""
-    means = tuple(step_means)
-    if not (refresh or sampled or means):
+    if marked == Annotations():
         return
-    marks = {"refresh": str(refresh).lower(), "sampled": str(sampled).lower()}
+    marks = {"refresh": str(marked.refresh).lower(), "sampled": str(marked.sampled).lower()}
+    if marked.role:
+        marks["role"] = marked.role
     parent = root
     for tag, attributes in (("VendorAnnotations", {}), ("Tool", {"name": TOOL}), ("Slave", marks)):
         child = parent.makeelement(tag, attributes)
         parent.append(child)
         parent = child
-    for name in means:
-        parent.append(parent.makeelement("StepMean", {"variable": name}))
+    for name, of in marked.step_means.items():
+        parent.append(parent.makeelement("StepMean", {"variable": name, **({"of": of} if of else {})}))
+    for name in marked.shared:
+        parent.append(parent.makeelement("Shared", {"variable": name}))

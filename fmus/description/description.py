@@ -61,7 +61,7 @@ class ModelDescription:
     """All that is said of an FMU, as data: read.py reads it, write.py writes it.
 
     dependencies (outputs), derivatives (rates of states), initial_unknowns: variable -> names it depends on, None: not
-    said. refresh, sampled, step_means: see annotations.py.
+    said. refresh, sampled, step_means, role, shared: see annotations.py.
     """
 
     model_name: str
@@ -82,7 +82,9 @@ class ModelDescription:
     needs_execution_tool: bool = False
     refresh: bool = False
     sampled: bool = False
-    step_means: frozenset[str] = frozenset()
+    step_means: Mapping[str, str] = field(default_factory=dict)
+    role: str = ""
+    shared: frozenset[str] = frozenset()
     model_identifier: str = ""
     source_files: tuple[str, ...] = ()
     log_categories: tuple[str, ...] = ()

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 _NUMBER = r"\s*\d{1,18}\s*"
 _ELEMENT = re.compile(rf"(?P<base>.+)\[(?P<index>{_NUMBER}(?:,{_NUMBER})*)\]", re.ASCII | re.DOTALL)
@@ -41,6 +42,16 @@ def canonical(name: str) -> str:
 def indices(shape: Sequence[int]) -> list[tuple[int, ...]]:
     """Return all 1-based indices of a shape, row by row."""
     return list(itertools.product(*(range(1, n + 1) for n in shape)))
+
+
+def nested(flat: Sequence[Any], shape: Sequence[int]) -> Any:
+    """Return the elements of a variable, row by row, as the one value, a list, or a list of rows."""
+    if not shape:
+        return flat[0]
+    if len(shape) == 1:
+        return list(flat)
+    size = math.prod(shape[1:])
+    return [nested(flat[i * size : (i + 1) * size], shape[1:]) for i in range(shape[0])]
 
 
 def group(names: Iterable[str]) -> Mapping[str, Group]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from lxml import etree
 
-from fmus.description.annotations import write_annotations
+from fmus.description.annotations import Annotations, write_annotations
 from fmus.description.description import ModelDescription, ScalarVariable
 from fmus.description.units import EXPONENTS, Conversion, Unit
 
@@ -35,8 +35,7 @@ def write(description: ModelDescription) -> bytes:
         for name in description.log_categories:
             etree.SubElement(categories, "Category", name=name)
     _default_experiment(root, description)
-    means = [name for name in description.variables if name in description.step_means]
-    write_annotations(root, description.refresh, description.sampled, means)
+    write_annotations(root, _marks(description))
     variables = etree.SubElement(root, "ModelVariables")
     index = {name: i for i, name in enumerate(description.variables, 1)}
     for variable in description.variables.values():
@@ -101,6 +100,18 @@ def _types(root: Element, description: ModelDescription) -> dict[tuple[tuple[str
         for literal, value in items:
             etree.SubElement(enumeration, "Item", name=literal, value=str(value))
     return names
+
+
+def _marks(description: ModelDescription) -> Annotations:
+    """Return our annotations, variables in the order of the description."""
+    means, shared = description.step_means, description.shared
+    return Annotations(
+        refresh=description.refresh,
+        sampled=description.sampled,
+        role=description.role,
+        step_means={name: means[name] for name in description.variables if name in means},
+        shared=tuple(name for name in description.variables if name in shared),
+    )
 
 
 def _default_experiment(root: Element, description: ModelDescription) -> None:

@@ -31,7 +31,6 @@ def describe(component: Component, model_name: str, *, derivatives: bool, **capa
     regions = regions_of(component, derivatives)
     variables = {v.name: v for v in _variables(component, regions)}
     names = list(variables)
-    means = (name for o in component.outputs_declared if o.step_mean for name in o.elements())
     return ModelDescription(
         model_name=model_name,
         guid="",
@@ -46,7 +45,9 @@ def describe(component: Component, model_name: str, *, derivatives: bool, **capa
         provides_directional_derivative=derivatives,
         refresh=True,
         sampled=component.sampled,
-        step_means=frozenset(means),
+        step_means=_step_means(component),
+        role=component.role,
+        shared=frozenset(name for p in component.parameters if p.shared for name in p.elements()),
         model_identifier=model_name,
         log_categories=LOG_CATEGORIES,
         generation_tool=TOOL,
@@ -62,6 +63,17 @@ def summary(description: ModelDescription) -> dict[str, list[list[Any]]]:
     return {
         "variables": [[v.name, v.causality, v.variability, v.initial, v.unit, v.start] for v in variables],
         "dependencies": [[name, list(dependencies or ())] for name, dependencies in unknowns],
+    }
+
+
+def _step_means(component: Component) -> dict[str, str]:
+    """Return each scalar that is a mean over a step -> the scalar whose rate is meant, "" where that is no output."""
+    shown = {v.name: v.elements() for v in (*component.outputs_declared, *component.states)}
+    means = [o for o in component.outputs_declared if o.step_mean]
+    return {
+        name: of
+        for mean in means
+        for name, of in zip(mean.elements(), shown.get(mean.mean_of) or [""] * mean.size, strict=True)
     }
 
 

@@ -233,7 +233,7 @@ class Mean(Fake):
     """A step mean: y is the mean over the last step of the derivative of x = t^2, that is 2 t + h; x its integral."""
 
     def __init__(self, name: str):
-        super().__init__(name, describe(outputs=["y", "x"], step_means=frozenset({"y"})))
+        super().__init__(name, describe(outputs=["y", "x"], step_means={"y": ""}))
 
     def advance(self, t, h, v, slopes):
         v["y"] = ((t + h) ** 2 - t**2) / h

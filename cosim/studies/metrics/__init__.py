@@ -10,7 +10,7 @@ Numbers are what the recorded rows show: a peak between two rows is not seen. A 
 is left out. Keys carry their unit.
 """
 
-from cosim.studies.metrics.attitude import measure
+from cosim.studies.metrics.attitude import measure, not_measured
 from cosim.studies.metrics.domain import out_of_domain
 from cosim.studies.metrics.pointing import THRESHOLD, attitude_error, reference_rate, settling_time
 from cosim.studies.metrics.rows import first, rotations, series
@@ -20,6 +20,7 @@ __all__ = [
     "attitude_error",
     "first",
     "measure",
+    "not_measured",
     "out_of_domain",
     "reference_rate",
     "rotations",

@@ -3,6 +3,7 @@
 import numpy as np
 
 from cosim.results.result import Result
+from cosim.studies.roles import loops
 
 FLAGS = {  # output of a controller -> what it means where it is not zero
     "gimbal_lock": "at a pitch of 90 deg its Euler angles are singular",
@@ -16,9 +17,10 @@ def out_of_domain(run: Result) -> str:
 
     A flag that is up between two recorded rows only is not seen.
     """
-    for name, meaning in FLAGS.items():
-        port = f"controller.{name}"
-        rows = np.flatnonzero(run[port] > 0) if port in run else []
-        if len(rows):
-            return f"out of its domain from {run.time[rows[0]]:.4g} s: {meaning} ({name})"
+    for controller in dict.fromkeys(name for loop in loops(run) for name in loop.controllers):
+        for name, meaning in FLAGS.items():
+            port = f"{controller}.{name}"
+            rows = np.flatnonzero(run[port] > 0) if port in run else []
+            if len(rows):
+                return f"out of its domain from {run.time[rows[0]]:.4g} s: {meaning} ({name})"
     return ""

@@ -1,8 +1,8 @@
 """Whether the angular momentum of body and actuators together was kept, in inertial axes.
 
-    change   H(t) - H(t0),  H = plant.H_N, with what the actuators store                          (1)
+    change   H(t) - H(t0),  H = H_N of the plant, with what the actuators store                          (1)
     drift    change - integral of q_BN (x) tau (x) q_BN* over the torques tau from outside        (2)
-             tau: plant.tau_dist_B, and plant.tau_B where no actuator stores what it gives
+             tau: its tau_dist_B, and tau_B where no actuator stores what it gives
     relative: drift over the largest of |H|, |h| stored and |integral|                            (3)
 
 The integral is Simpson's rule over the recorded rows. A torque that the master holds over each step H from its value
@@ -19,21 +19,23 @@ import numpy as np
 from cosim.arrays import FloatArray
 from cosim.results.result import Result
 from cosim.studies.metrics.rows import rotations, series
+from cosim.studies.roles import Loop
 
 HELD = {"at_point": -0.5, "after_step": 0.5}
 
 
-def measure_momentum(run: Result) -> dict[str, Any]:
-    """Return change and drift of the total momentum by key, with their unit."""
-    total = series(run, "plant.H_N")
+def measure_momentum(run: Result, loop: Loop) -> dict[str, Any]:
+    """Return change and drift of the total momentum of a plant and its actuators by key, with their unit."""
+    plant = loop.plant
+    total = series(run, f"{plant}.H_N")
     if total is None or not len(total):
         return {}
     change = total - total[0]  # (1)
     found: dict[str, Any] = {"momentum change (N.m.s)": _largest(change)}
-    impulse = _impulse(run)
+    impulse = _impulse(run, plant)
     if impulse is None:
         return found
-    stored = series(run, "plant.h_B")
+    stored = series(run, f"{plant}.h_B")
     scale = max(_largest(rows) for rows in (total, impulse, total if stored is None else stored))  # (3)
     drift = _largest(change - impulse)  # (2)
     return found | {
@@ -42,10 +44,10 @@ def measure_momentum(run: Result) -> dict[str, Any]:
     }
 
 
-def _impulse(run: Result) -> FloatArray | None:
+def _impulse(run: Result, plant: str) -> FloatArray | None:
     """Return the angular impulse from outside up to each row, inertial axes; None where the rows cannot tell."""
-    body, outside = series(run, "plant.q_BN"), series(run, "plant.tau_dist_B")
-    given, stored = series(run, "plant.tau_B"), series(run, "plant.h_B")
+    names = ("q_BN", "tau_dist_B", "tau_B", "h_B")
+    body, outside, given, stored = (series(run, f"{plant}.{name}") for name in names)
     if body is None or outside is None or given is None or stored is None or len(body) < 3:
         return None
     frame = rotations(body)
@@ -53,7 +55,7 @@ def _impulse(run: Result) -> FloatArray | None:
     if np.any(stored != stored[0]):  # actuators store what they give: their torque is internal
         return impulse
     given = frame.apply(given)
-    timing = run.info.get("connections", {}).get("plant.tau_B", {}).get("timing", "")
+    timing = run.info.get("connections", {}).get(f"{plant}.tau_B", {}).get("timing", "")
     step = HELD.get(timing, 0.0) * run.info.get("communication_step_size", 0.0)
     return impulse + _integral(run.time, given) + step * (given - given[0])
 

@@ -1,6 +1,6 @@
 """How well an attitude follows its reference.
 
-    error      rotation vector of q_RN* (x) q_BN, short way, body axes, deg; from `plant.q_BN` and `guidance.q_RN`
+    error      rotation vector of q_RN* (x) q_BN, short way, body axes, deg; of the plant and the guidance
     settling   the last time at which any component of the error exceeds the threshold
     APE        absolute performance error: |error|, over the window from settling (the last half, if it never
                settles) to the end; largest, and not exceeded for 95 % and 99.7 % of that time
@@ -17,24 +17,31 @@ import numpy as np
 from cosim.arrays import FloatArray
 from cosim.results.result import Result
 from cosim.studies.metrics.rows import first, rotations, series, spans
+from cosim.studies.roles import Loop, loops
 
-ATTITUDES = ("plant.q_BN", "plant.q_SN")  # of the body, and of a drag-free satellite
+ATTITUDES = ("q_BN", "q_SN")  # of the body, and of a drag-free satellite
 THRESHOLD = 0.1  # deg
 INTERVAL = 10.0  # s, of RPE
 
 
-def attitude_error(run: Result) -> FloatArray | None:
-    """Return the rotation vector from reference to body, short way, body axes, deg, shape (n, 3)."""
-    body, reference = first(run, *ATTITUDES), series(run, "guidance.q_RN")
+def attitude_error(run: Result, loop: Loop | None = None) -> FloatArray | None:
+    """Return the rotation vector from reference to body, short way, body axes, deg, shape (n, 3), of the first loop."""
+    loop = loops(run)[0] if loop is None else loop
+    body, reference = _attitude(run, loop), series(run, f"{loop.guidance}.q_RN")
     if body is None or reference is None or not len(body):
         return None
     return np.degrees((rotations(reference).inv() * rotations(body)).as_rotvec())
 
 
-def reference_rate(run: Result) -> FloatArray | None:
-    """Return the rate of the reference in body axes, rad/s."""
-    needed = [series(run, name) for name in ("plant.q_BN", "guidance.q_RN", "guidance.omega_RN_R")]
-    body, reference, rate = needed
+def _attitude(run: Result, loop: Loop) -> FloatArray | None:
+    return first(run, *(f"{loop.plant}.{name}" for name in ATTITUDES))
+
+
+def reference_rate(run: Result, loop: Loop | None = None) -> FloatArray | None:
+    """Return the rate of the reference in body axes, rad/s, of the first loop."""
+    loop = loops(run)[0] if loop is None else loop
+    body, reference = _attitude(run, loop), series(run, f"{loop.guidance}.q_RN")
+    rate = series(run, f"{loop.guidance}.omega_RN_R")
     if body is None or reference is None or rate is None or not len(body):
         return None
     return (rotations(body).inv() * rotations(reference)).apply(rate)

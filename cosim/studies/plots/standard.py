@@ -1,6 +1,7 @@
 """The figures that any attitude run has: one run or several overlaid."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import matplotlib as mpl
@@ -22,30 +23,69 @@ from cosim.studies.plots.style import (
     panels,
     peak,
     stack,
-    traces_of,
 )
+from cosim.studies.roles import Loop, loops
 
 NO_LIMIT = 1e9  # N m, a torque limit that stands for none
 
 
 def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
-    """Return the figures that any attitude run has, by file name; runs are named by the keys of `results`."""
+    """Return the figures that any attitude run has, by file name; runs are named by the keys of `results`.
+
+    Of several plants in a run, each has figures of its own, NAME_PLANT.
+    """
+    of_run = {name: loops(result) for name, result in results.items()}
+    plants = list(dict.fromkeys(loop.plant for found in of_run.values() for loop in found))
+    several = any(len(found) > 1 for found in of_run.values())
+    figures: dict[str, Figure] = {}
     with mpl.rc_context(STYLE):
-        drawn = {
-            "attitude_error": _attitude_error(results),
-            "rates": _rates(results),
-            "torque": _torque(results),
-            "modal_coordinates": _modes(results),
-        }
-        if drawn["attitude_error"] is None:
-            drawn["attitude"] = _attitude(results)
+        for plant in plants if several else plants[:1]:
+            views = {
+                name: View(result, loop)
+                for name, result in results.items()
+                for loop in of_run[name]
+                if not several or loop.plant == plant
+            }
+            figures |= {f"{name}_{plant}" if several else name: figure for name, figure in _draw(views).items()}
+    return figures
+
+
+@dataclass(frozen=True)
+class View:
+    """A run as one of its loops shows it."""
+
+    run: Result
+    loop: Loop
+
+    def of_plant(self, name: str) -> FloatArray | None:
+        """Return the rows of a variable of the plant."""
+        return series(self.run, f"{self.loop.plant}.{name}")
+
+    def command(self, *names: str) -> FloatArray | None:
+        """Return the rows of the first of these variables that a controller has."""
+        return first(self.run, *(f"{controller}.{n}" for n in names for controller in self.loop.controllers))
+
+
+Views = Mapping[str, View]
+
+
+def _draw(views: Views) -> dict[str, Figure]:
+    drawn = {
+        "attitude_error": _attitude_error(views),
+        "rates": _rates(views),
+        "torque": _torque(views),
+        "modal_coordinates": _modes(views),
+    }
+    if drawn["attitude_error"] is None:
+        drawn["attitude"] = _attitude(views)
     return {name: figure for name, figure in drawn.items() if figure is not None}
 
 
-def limits(result: Result) -> list[float]:
-    """Return the torque limits that the run's parameters state, N m, one per axis or one for all; [] if none."""
+def limits(result: Result, loop: Loop | None = None) -> list[float]:
+    """Return the torque limits that the parameters of a loop state, N m, one per axis or one for all; [] if none."""
+    loop = loops(result)[0] if loop is None else loop
     parameters: Mapping[str, Any] = result.info.get("parameters") or {}
-    for instance in ("actuators", "plant", "controller"):
+    for instance in (*loop.actuators, loop.plant, *loop.controllers):
         start = f"{instance}.torque_limit"
         found = [v["value"] for name, v in parameters.items() if name == start or name.startswith(start + "[")]
         if found:
@@ -53,8 +93,14 @@ def limits(result: Result) -> list[float]:
     return []
 
 
-def _attitude_error(results: Mapping[str, Result]) -> Figure | None:
-    traces = traces_of(results, attitude_error)
+def _traces(views: Views, rows: Callable[[View], FloatArray | None]) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Return label -> (time, rows) for the runs that have the quantity."""
+    found = {name: (view.run.time, values) for name, view in views.items() if (values := rows(view)) is not None}
+    return {name: trace for name, trace in found.items() if trace[1].size}
+
+
+def _attitude_error(views: Views) -> Figure | None:
+    traces = _traces(views, lambda view: attitude_error(view.run, view.loop))
     if not traces:
         return None
     figure, grid = panels(4, 1, "Attitude error: rotation from reference to body")
@@ -71,8 +117,8 @@ def _attitude_error(results: Mapping[str, Result]) -> Figure | None:
     return figure
 
 
-def _attitude(results: Mapping[str, Result]) -> Figure | None:
-    traces = traces_of(results, lambda result: series(result, "plant.q_BN"))
+def _attitude(views: Views) -> Figure | None:
+    traces = _traces(views, lambda view: view.of_plant("q_BN"))
     if not traces:
         return None
     names = [f"$q_{i}$" for i in range(4)]
@@ -81,27 +127,28 @@ def _attitude(results: Mapping[str, Result]) -> Figure | None:
     return figure
 
 
-def _rates(results: Mapping[str, Result]) -> Figure | None:
-    traces = traces_of(results, lambda result: _degrees(series(result, "plant.omega_BN_B")))
+def _rates(views: Views) -> Figure | None:
+    traces = _traces(views, lambda view: _degrees(view.of_plant("omega_BN_B")))
     if not traces:
         return None
-    if len(results) == 1:
-        traces |= traces_of({"reference": next(iter(results.values()))}, lambda run: _degrees(reference_rate(run)))
+    if len(views) == 1:
+        only = {"reference": next(iter(views.values()))}
+        traces |= _traces(only, lambda view: _degrees(reference_rate(view.run, view.loop)))
     figure, _ = stack(traces, [rf"$\omega_{axis}$" for axis in "xyz"], "deg/s", "Body rate, body axes")
     legend(figure)
     return figure
 
 
-def _torque(results: Mapping[str, Result]) -> Figure | None:
-    traces = traces_of(results, lambda result: first(result, "plant.tau_B", "controller.tau_command_B"))
+def _torque(views: Views) -> Figure | None:
+    traces = _traces(views, _given)
     if not traces:
         return None
     figure, grid = panels(3, 1, "Torque on the hub, body axes")
     axes = [line[0] for line in grid]
     exponents = fill(axes, traces, [rf"$\tau_{axis}$" for axis in "xyz"], "N.m")
     for index, name in enumerate(traces):
-        _command(axes, results[name], name, exponents, index)
-    for bound in {tuple(found) for result in results.values() if (found := limits(result))}:
+        _command(axes, views[name], name, exponents, index)
+    for bound in {tuple(found) for view in views.values() if (found := limits(view.run, view.loop))}:
         for i, ax in enumerate(axes):
             for side in (1, -1):
                 value = side * bound[i % len(bound)] / 10.0 ** exponents[i]
@@ -111,24 +158,24 @@ def _torque(results: Mapping[str, Result]) -> Figure | None:
     return figure
 
 
-def _command(axes: Sequence[Axes], result: Result, name: str, exponents: Sequence[int], index: int) -> None:
+def _command(axes: Sequence[Axes], view: View, name: str, exponents: Sequence[int], index: int) -> None:
     """Draw the raw command thinly where the hub gets another; the axis follows it to three times what the hub gets.
 
     A controller that limits its command itself shows `u`, the one before.
     """
-    command, given = first(result, "controller.u", "controller.tau_command_B"), series(result, "plant.tau_B")
+    command, given = view.command("u", "tau_command_B"), view.of_plant("tau_B")
     if command is None or given is None or command.shape != given.shape or np.array_equal(command, given):
         return
     for i, (ax, exponent) in enumerate(zip(axes, exponents, strict=True)):
         rows, reach = command[:, i] / 10.0**exponent, 3 * peak(given[:, i]) / 10.0**exponent
         colour = COLOURS[index % len(COLOURS)]
-        ax.plot(result.time, rows, label=f"{name}: command", color=colour, linewidth=0.7, alpha=0.6, zorder=2)
+        ax.plot(view.run.time, rows, label=f"{name}: command", color=colour, linewidth=0.7, alpha=0.6, zorder=2)
         if peak(rows) > reach > 0:
             ax.set_ylim(-reach, reach)
 
 
-def _modes(results: Mapping[str, Result]) -> Figure | None:
-    traces = traces_of(results, lambda result: _columns(series(result, "plant.eta")))
+def _modes(views: Views) -> Figure | None:
+    traces = _traces(views, lambda view: _columns(view.of_plant("eta")))
     if not traces:
         return None
     count = max(rows.shape[1] for _, rows in traces.values())
@@ -137,6 +184,12 @@ def _modes(results: Mapping[str, Result]) -> Figure | None:
     figure, _ = stack(traces, names, "kg(1/2).m", "Modal coordinates", columns=columns, width=0.9)
     legend(figure)
     return figure
+
+
+def _given(view: View) -> FloatArray | None:
+    """Return the torque on the hub; without one, what is commanded."""
+    given = view.of_plant("tau_B")
+    return view.command("tau_command_B") if given is None else given
 
 
 def _degrees(rows: FloatArray | None) -> FloatArray | None:

@@ -105,6 +105,7 @@ class TestShow:
         assert "plant.h_B = [0.0, 0.0, 0.0]  N.m.s" in text
         assert "controller: s, D_hat <- q_BN, omega_BN_B, q_RN, omega_RN_R" in text
         assert "plant: H_N <- h_B" in text
+        assert "  plant: solver.step = 0.001 s, eta = 0 kg(1/2).m, eta_dot = 0 kg(1/2).m/s" in text
         assert "algebraic loops: none" in text
         assert "delayed paths: none" in text
 
@@ -134,10 +135,32 @@ class TestShow:
     def test_an_fmu_and_a_component(self, adcs, folder):
         adcs("build", "FlexibleSpacecraft", "-o", ".")
         text = adcs("show", "FlexibleSpacecraft.fmu").out
-        assert re.search(r"J\[3,3\] +parameter +fixed +kg.m2 +inertia", text)
+        assert re.search(r"J\[3,3\] +parameter +fixed +kg.m2 +\[\[300, 0, 0\], \[0,", text)
+        assert re.search(r"omega_BN_B\[3\] +output +continuous +rad/s +0 +body rate", text)
         assert "directional derivatives: yes" in text
         assert adcs("show", "FlexibleSpacecraft").out == text
 
     def test_a_component_of_a_file(self, adcs, folder):
         (folder / "pd.py").write_text(own_files.PD_PYTHON)
         assert "tau_command_B, attitude_error <- q_BN" in adcs("show", "pd.py:PD").out
+
+    def test_defaults_that_were_taken_are_marked(self, adcs, folder):
+        (folder / "two.py").write_text(
+            textwrap.dedent(
+                """
+                from cosim import Connection, Experiment, System
+                def two():
+                    links = [Connection(f"wheels.{n}", f"plant.{n}") for n in ("tau_B", "h_B")]
+                    links += [Connection("torque.tau_dist_B", "plant.tau_dist_B", "at_point")]
+                    components = {"wheels": "ReactionWheels", "torque": "HarmonicTorque",
+                                  "plant": "FlexibleSpacecraft:modes=0"}
+                    system = System(name="two", components=components, connections=links,
+                                    held={"wheels.tau_command_B": [0, 0, 0]})
+                    return system, Experiment(stop_time=1, communication_step_size=0.1)
+                """
+            )
+        )
+        text = adcs("show", "two.py").out
+        assert re.search(r"wheels.tau_B +plant.tau_B +N.m +step mean \(default\)", text)
+        assert re.search(r"wheels.h_B +plant.h_B +N.m.s +ramp \(default\)", text)
+        assert re.search(r"torque.tau_dist_B +plant.tau_dist_B +N.m +at_point +\n", text)

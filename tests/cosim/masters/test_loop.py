@@ -58,7 +58,7 @@ class TestTimings:
 
     def test_step_mean_is_not_extrapolated(self):
         mean = Mean("m")
-        mean.description = describe(outputs=["y", "x"], step_means=frozenset({"y"}), max_output_derivative_order=1)
+        mean.description = describe(outputs=["y", "x"], step_means={"y": ""}, max_output_derivative_order=1)
         result = run(
             [Integrator("i", can_interpolate_inputs=True), mean], [("m.y", "i.u")], master=Explicit(extrapolation=2)
         )

@@ -160,7 +160,10 @@ def test_an_ideal_torque_is_from_outside_and_held_as_the_master_holds_it(timing,
         plant__h_B=zero,
     )
     assert metrics.measure(flight)["momentum drift (N.m.s)"] == pytest.approx(abs(shift) * step * 100, abs=1e-9)
-    flight.info = {"connections": {"plant.tau_B": {"timing": timing}}, "communication_step_size": step}
+    flight.info = {
+        "connections": {"plant.tau_B": {"source": "controller.tau_command_B", "timing": timing}},
+        "communication_step_size": step,
+    }
     assert metrics.measure(flight)["momentum drift (N.m.s)"] < 1e-9
 
 

@@ -18,7 +18,7 @@ FAST = {  # a torque that reverses every 30 s, a body that tumbles at 3 deg/s
 }
 
 
-def drift(momentum: str, step: float, torque: str = "tau_B") -> float:
+def drift(momentum: str | None, step: float, torque: str = "tau_B") -> float:
     """The change of the total inertial momentum over 20 s, relative to its size."""
     system = System(
         name="momentum",
@@ -38,6 +38,11 @@ def drift(momentum: str, step: float, torque: str = "tau_B") -> float:
 def test_ramped_momentum_is_kept_to_rounding():
     # The body sees h_B linear, its torque is exactly minus the slope: what is left is its own RK4 (1 ms) and rounding.
     assert drift("ramp", 0.01) < 1e-13
+
+
+def test_momentum_that_says_no_timing_is_ramped_to_the_body_that_takes_its_torque():
+    """For the mean torque and the momentum are two sides of one exchange."""
+    assert drift(None, 0.01) == drift("ramp", 0.01)
 
 
 def test_midpoint_momentum_is_kept_to_second_order():

@@ -99,7 +99,7 @@ def test_rounding_does_not_fill_a_panel():
     ],
 )
 def test_torque_limit(parameters, found):
-    result = flight(info={"parameters": parameters})
+    result = flight(info={"parameters": parameters, "components": {n: {"role": n} for n in ("plant", "actuators")}})
     assert plots.limits(result) == pytest.approx(found)
     texts = {text.get_text() for text in plots.draw({"run": result})["torque"].legends[0].texts}
     assert ("limit" in texts) == bool(found)

@@ -12,7 +12,7 @@ PLANT = describe(
     inputs=["tau[1]", "tau[2]"],
     outputs=["q[1]", "q[2]", "w", "h"],
     parameters={"J": 1.0},
-    step_means=frozenset({"h"}),
+    step_means={"h": ""},
 )
 GUIDANCE = describe(outputs=["r", "rate"])
 OLD = describe(

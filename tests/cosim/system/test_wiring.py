@@ -7,7 +7,7 @@ from cosim.masters.explicit import Explicit
 from cosim.system.wiring import Port
 from cosim.time import Schedule
 
-from ..fakes import Clock, Gain, Integrator, Mean, Vehicle, describe
+from ..fakes import Clock, Fake, Gain, Integrator, Mean, Vehicle, describe
 from ..wired import HELD, mistakes, only, wired, zero
 
 
@@ -121,6 +121,22 @@ class TestTimings:
         (link,) = wired([("c.y", "i.u", "ramp")], [Integrator("i"), Clock("c")], held={}).links
         assert link.timing == "midpoint"
 
+    @pytest.mark.parametrize(("torque", "timing"), [(True, "ramp"), (False, "at_point")])
+    def test_what_a_step_mean_is_of_is_a_ramp_to_who_takes_both(self, torque, timing):
+        class Wheel(Mean):
+            def __init__(self, name):
+                super().__init__(name)
+                self.description = describe(outputs=["y", "x"], step_means={"y": "x"})
+
+        class Body(Fake):
+            def __init__(self, name):
+                super().__init__(name, describe(inputs=["tau", "h"], can_interpolate_inputs=True))
+
+        links = [("wheel.x", "body.h"), *([("wheel.y", "body.tau")] if torque else [])]
+        held = {} if torque else {"body.tau": 0.0}
+        wiring = wired(links, [Wheel("wheel"), Body("body")], held=held)
+        assert wiring.links[0].timing == timing
+
     def test_unknown_timing(self):
         assert only([("c.y", "i.u", "later")], [Integrator("i"), Clock("c")], held={}) == (
             'c.y -> i.u has timing "later". Choose at_point, after_step, midpoint, ramp.'
@@ -147,7 +163,7 @@ class TestTimings:
         class Actuator(Mean):
             def __init__(self, name):
                 super().__init__(name)
-                self.description = describe(inputs=["u"], outputs=["y", "x"], step_means=frozenset({"y"}))
+                self.description = describe(inputs=["u"], outputs=["y", "x"], step_means={"y": ""})
 
         text = self.rates(
             [("c.y", "m.u", "after_step"), ("m.y", "i.u")], [Integrator("i"), Actuator("m"), Clock("c")], m=2
