@@ -20,7 +20,8 @@ the print of epsilon'' has rho'; the second branch of its properties of S is e(0
 z instead does not find back.
 Invariants: lo < z < hi along the continuous loop, and barrier_time = 0; at D = 0, W = 0 the surface s = 0 is kept.
 Limits: those of euler_tracking.py. delta = 0 ends at z = 1/2: a steady error of half the bound. The gain r (k + K) of
-(12) grows as rho shrinks (to 570 1/s with the numbers of the paper): a torque held over T needs r (k + K) T < 2, or `hold_step`.
+(12) grows as rho shrinks (to 570 1/s with the numbers of the paper): a torque held over T needs r (k + K) T < 2, or
+`hold_step`.
 """
 
 from typing import Any
