@@ -15,7 +15,7 @@ With hand_over = 0 the gyros keep the whole command, c = 1 in (2); (8) still goe
 
 Symbols: u tau_command_B, gamma gimbal_angle from x, h_i rotor_momentum, e attitude_error, w omega_BN_B, A_w
 spin_axes_B, a wheel_acceleration_command, I_w wheel_inertia; all axes in B. W, V bring the gyros off a singularity.
-Source: Y. Geng, W. Wu, G. Ma, Neural network compensation of flexible satellite rapid maneuver, J. Harbin Inst. Tech.
+Source: Y. Geng, W. Wu, Y. Ma, Neural network compensation of flexible satellite rapid maneuver, J. Harbin Inst. Tech.
 44(5), 2012: (4)-(6); the equation numbers here are this file's. It prints a wheel about z, trim_wheels = 0, and
 says that wheels about x and y act in the end phase only, 2. Not in the paper: A normalised, (2), (3), trim_wheels = 1.
 Invariants: with trim_wheels = 1 the command is met exactly where neither a wheel nor the plane's limit cuts it.

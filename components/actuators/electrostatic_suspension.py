@@ -4,7 +4,7 @@
     tau = y rounded to quanta within its limits + noise, white, held between samples              (2)
 
 Frames: T test mass. Symbols: T in (1) sample_time.
-Source: made for H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
+Source: made for J. Li, H. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
 Technology and Automation 33(2), 2014.
 Invariants: without noise the limits hold at every sample.
 Limits: no force on the test mass, no stiffness of its own: that is the plant's K_r.

@@ -5,7 +5,7 @@
 
 Frames: S satellite body. Symbols: T sample_time; each axis has its own limits, so that a pair that only pushes one way
 (an ion thruster against the drag) has a lower limit above zero.
-Source: made for H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
+Source: made for J. Li, H. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
 Technology and Automation 33(2), 2014, which names its thrusters only.
 Invariants: without noise the limits hold at every sample.
 Limits: no geometry of nozzles, no coupling of the axes, no mass flow. The noise is added after the limits. An axis with

@@ -12,7 +12,7 @@ and the closed loop without network is
     s^2 + (k1 + k2) s + lambda + k1 k2: stable where both coefficients are positive               (47)
 
 Frames: S satellite, R reference, T test mass, N inertial; angles 3-2-1 as (roll, pitch, yaw).
-Source: H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing Technology
+Source: J. Li, H. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing Technology
 and Automation 33(2), 2014, equations (10)-(45). Changed: a and b of loop 3 have the sign of (5); lambda, printed 1,
 has a unit; the centres are a fixed grid, of which the print says only that they learn; f_feedforward is added.
 Invariants: V along the loop with f = W*^T h; with network = 0 the weights stay.

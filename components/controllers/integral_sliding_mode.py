@@ -14,7 +14,7 @@ As printed, the gain of x in u is -(D B)^-1 D A instead of G (`printed_gain`):
 
 Symbols: e rotation vector of q_RN* (x) q_BN, w rate relative to the reference (the body's in (7)), both in B; roll,
 pitch, yaw: Euler angles 3-2-1 of q_BN. D is read as a torque for each state, as G is, so that sigma is a torque.
-Source: Y. Geng, W. Wu, G. Ma, Neural network compensation of flexible satellite rapid maneuver, J. Harbin Inst. Tech.
+Source: Y. Geng, W. Wu, Y. Ma, Neural network compensation of flexible satellite rapid maneuver, J. Harbin Inst. Tech.
 44(5), 2012, 31-35: surface, law and weights; the numbers here are this file's. Changed: K = G, since its printed
 K = -(D B)^-1 D A has no attitude feedback (A has no column for e); D has one zero less. Not in the paper: G (LQ),
 centres, width, epsilon, signs per axis.

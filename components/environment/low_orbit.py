@@ -12,7 +12,7 @@
 Frames: N inertial, B body; s^ unit vector to the Sun, N axes; the atmosphere does not rotate; the track is the orbit
 frame LVLH on a circle. f_i are spread evenly in log f between the ends of the band; phases are a hash of seed, axis and
 line, so that a run can be repeated.
-Source: chosen for H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
+Source: chosen for J. Li, H. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
 Technology and Automation 33(2), 2014, which names its environment only. Without rho_0, solar_force and gust_density
 there is none.
 Invariants: 0 <= nu <= 1; f . v < 0 without solar pressure and gusts.

@@ -6,7 +6,7 @@
 
 Frames: S satellite and cage, T test mass. An output has the name of what it measures; the true ones end in _true.
 Symbols: T sample_time, T_f filter_time, n white noise.
-Source: made for H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
+Source: made for J. Li, H. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
 Technology and Automation 33(2), 2014, whose law needs velocities that nothing measures.
 Invariants: a constant velocity is estimated as it is, after some T_f; the filters start at rest.
 Limits: (3) takes the rate of th as the body rate, right to second order in th. (2) lags by about T_f.

@@ -11,7 +11,7 @@ The error of the estimate obeys, but for w x delta^T eta',
     E' = (A - L C) E,  A the matrix of (1), C = M^-1 delta^T [Omega^2  2 zeta Omega]              (5)
 
 Symbols: w omega_BN_B, tau tau_B, h h_B, all in body axes B; hats of the estimates are left out. delta has a row a mode.
-Source: Y. Geng, W. Wu, G. Ma, Neural network compensation of flexible satellite rapid maneuver, J. Harbin Inst. Tech.
+Source: Y. Geng, W. Wu, Y. Ma, Neural network compensation of flexible satellite rapid maneuver, J. Harbin Inst. Tech.
 44(5), 2012, equation (2), changed: psi has eta', the matrix has Omega^2 and 2 zeta Omega, the driving term has w. L is
 not in the paper; the start value L = 0 is its observer.
 Invariants: the estimate is the truth from a matched start, for any J and torque where L = 0.

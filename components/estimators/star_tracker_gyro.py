@@ -4,7 +4,7 @@
     omega_BN_B = omega_true + n, n white noise of each axis                                       (2)
 
 Frames: B body, N inertial. An output has the name of what it measures, the true one is q_BN_true, omega_BN_B_true.
-Source: made for H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
+Source: made for J. Li, H. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing
 Technology and Automation 33(2), 2014.
 Invariants: |q_BN| = 1; the same seed gives the same noise.
 Limits: no bias, no misalignment, no delay, no blinding.

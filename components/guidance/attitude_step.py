@@ -4,7 +4,7 @@
     omega_RN_R = 0,  omega_RN_R' = 0                                                              (2)
 
 Frames: R reference, N inertial; the axis in R (or B at the start, where q_start is its attitude: both are one).
-Source: made for the 60 deg about pitch of Y. Geng, W. Wu, G. Ma, Neural network compensation of flexible
+Source: made for the 60 deg about pitch of Y. Geng, W. Wu, Y. Ma, Neural network compensation of flexible
 satellite rapid maneuver, J. Harbin Inst. Tech. 44(5), 2012, section 4.
 Invariants: |q_RN| = 1 where q_start and axis are unit vectors.
 Limits: no body can follow the jump; its rate is not in omega_RN_R. t is the simulation's time.

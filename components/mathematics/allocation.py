@@ -8,7 +8,7 @@
 
 Frames: A and v in one frame, e.g. body axes B. W: a column, the diagonal of the weights, or a square matrix.
 Source: (1) the weighted Moore-Penrose inverse of a matrix of full row rank (without weights: axes.py); (2), (3)
-Y. Geng, B. Wu, G. Ma, Neural network compensation of flexible satellite rapid maneuver, J. Harbin Inst. Tech. 44(5),
+Y. Geng, W. Wu, Y. Ma, Neural network compensation of flexible satellite rapid maneuver, J. Harbin Inst. Tech. 44(5),
 2012.
 Invariants: (5) is the product of the squared singular values.
 Limits: A must have full row rank in (1); not in (2) if V is positive definite.

@@ -3,7 +3,7 @@
 GAIN is linear-quadratic, of the nominal model; it minimises the integral of 11.2 |e|^2 + 390 |w|^2 + 20 |eta'|^2 +
 |u|^2. A row is an axis; the columns belong to e, eta, w or eta'.
 
-Source: Y. Geng, W. Wu, G. Ma, Neural network compensation of flexible satellite rapid maneuver, J. Harbin Inst. Tech.
+Source: Y. Geng, W. Wu, Y. Ma, Neural network compensation of flexible satellite rapid maneuver, J. Harbin Inst. Tech.
 44(5), 2012, section 4; SURFACE is its D with one zero less in rows 2 and 3. Chosen, for it is not in the paper: GAIN,
 the centres and widths of the network, the boundary layer, the hand-over from gyros to wheels.
 """

@@ -1,6 +1,6 @@
 """A drag-free satellite in a low orbit.
 
-Source: H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing Technology
+Source: J. Li, H. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing Technology
 and Automation 33(2), 2014, section 4. D and D_r are printed in N/m^2 and N/rad, meant are N s/m and N m s/rad. Chosen
 where it is silent: gains and grid of the networks, the orbit (as GOCE's), the environment, the other axes of the
 initial state, the thrusters, the sensors and their noise.

@@ -16,7 +16,7 @@ Where a component of r_rel reaches the gap, the test mass stays there: cage_cont
 Frames: N inertial, S satellite body and cage, origin at its mass centre, T test mass; A_SN takes v_N to v_S, A = A_TS.
 Symbols: rho = r_h + r_rel position of the test mass, w omega_SN_S, w_rel omega_TS_T; F_C, T_C commands on the
 satellite, T_Ct on the test mass, F_D, T_D disturbances of the satellite; g with J2, see mathematics/gravity.py.
-Source: H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing Technology
+Source: J. Li, H. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing Technology
 and Automation 33(2), 2014, equations (1)-(5). Changed: dots of (4), (5); every force in S axes; the reactions -F and
 -A^T (T + T_Ct) on the satellite, which the print does not define; the gyroscopic term of (3) vanishes for a cube;
 (3a), (3b) and the gravity gradient are added.

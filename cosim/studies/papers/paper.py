@@ -1,6 +1,6 @@
 """A published control system: its words are light, and what judges, draws and flies is imported when it is asked for.
 
-__init__.py   TITLE: authors, title, year; SETTLED: the attitude error within which its runs count as settled, deg
+__init__.py   SETTLED: the attitude error within which its runs count as settled, deg
 system.py     the experiments: a function each, `foo_bar` for `<paper>-foo-bar`, annotated to return a `Flight`
 claims.py     CLAIMS, in the paper's order
 figures.py    draw(results): the paper's figures for which `results` has the runs, by file name
@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cosim.errors import UnknownName
+from cosim.studies.papers.bibliography import entries
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,7 +34,7 @@ class Paper:
     @property
     def title(self) -> str:
         """Authors, title, year."""
-        return self._module().TITLE
+        return entries()[self.key].title
 
     @property
     def settled(self) -> float:

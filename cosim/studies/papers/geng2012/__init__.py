@@ -3,6 +3,4 @@
 `system` has the paper's numbers and experiments, `gains` its arrays, `claims` and `figures` what it says.
 """
 
-TITLE = "Geng, Wu, Ma: Neural network compensation of flexible satellite rapid maneuver (2012)"
-
 SETTLED = 0.1  # deg, the accuracy that the paper claims

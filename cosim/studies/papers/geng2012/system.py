@@ -1,6 +1,6 @@
 """The experiments of geng2012.
 
-Y. Geng, W. Wu, G. Ma, Neural network compensation of flexible satellite rapid maneuver, J. Harbin Inst. Tech. 44(5),
+Y. Geng, W. Wu, Y. Ma, Neural network compensation of flexible satellite rapid maneuver, J. Harbin Inst. Tech. 44(5),
 2012, 31-35, section 4: 60 deg about pitch, two parallel control moment gyros and wheels, inertia 20 % off.
 
 Configuration N: the wheels always give what the gyros do not, the network learns with gamma = 1, without network the

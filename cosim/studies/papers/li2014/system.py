@@ -1,6 +1,6 @@
 """The experiments of li2014, with the paper's numbers.
 
-Source: H. Li, L. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing Technology
+Source: J. Li, H. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing Technology
 and Automation 33(2), 2014, section 4. Chosen where the paper is silent: gains and grid of the networks, the orbit (260
 km, 96.7 deg, as GOCE), the drag, the other axes of the initial state, the thrusters, the sensors and their noise.
 

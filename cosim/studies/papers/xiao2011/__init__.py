@@ -4,6 +4,4 @@
 gain, `claims` and `figures` what it says.
 """
 
-TITLE = "Xiao, Hu, Ma: Adaptive L2-gain controller for flexible spacecraft attitude tracking (2011)"
-
 SETTLED = 0.01  # deg, 5 % of the initial angles of case S

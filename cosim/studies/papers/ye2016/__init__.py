@@ -3,6 +3,4 @@
 `system` has the numbers and experiments, `tracking` the errors, `claims` and `figures` what the paper says.
 """
 
-TITLE = "Ye, Sun, Liu: An adaptive control algorithm for hybrid actuator with installation deviation (2016)"
-
 SETTLED = 0.17  # deg, the 0.003 rad that the paper claims

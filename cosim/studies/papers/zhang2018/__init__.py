@@ -3,6 +3,4 @@
 `system` has the paper's numbers and experiments, `tracking` its error angles, `claims` and `figures` what it says.
 """
 
-TITLE = "Zhang, Sun, Ma, Li: Prescribed performance adaptive attitude tracking control for flexible spacecraft (2018)"
-
 SETTLED = 0.005  # deg, the steady state that the paper claims
