@@ -120,8 +120,8 @@ def write_held(result: "Result", named: Mapping[str, object]) -> None:
 def write_claims(verdicts: "Sequence[Verdict]") -> None:
     """The claims beside what was measured, in one table; of those not judged only why."""
     judged = [v for v in verdicts if v.verdict != "not judged"]
-    head = ("paper", "claim", "paper says", "measured", "verdict")
-    write_table(head, [(v.paper, v.claim, v.said, v.measured, v.verdict) for v in judged], grouped=True)
+    head = ("paper", "claim", "paper says", "measured", "verdict", "what fails")
+    write_table(head, [(v.paper, v.claim, v.said, v.measured, v.word, v.failing) for v in judged], grouped=True)
     for paper, why in dict.fromkeys((v.paper, v.measured) for v in verdicts if v not in judged):
         count = sum((v.paper, v.measured) == (paper, why) for v in verdicts if v not in judged)
         write(f"{count} claim{'s' if count > 1 else ''} of {paper} not judged: {why}")

@@ -4,7 +4,7 @@
 """
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -23,7 +23,7 @@ PREFACE = (
     "ECSS-E-ST-60-10C after it, or over the last half where it is not reached. Of three axes the largest counts. Each "
     "run's `run.json` has them all, axis by axis."
 )
-HEAD = ("paper", "claim", "paper says", "measured", "verdict", "criterion")
+HEAD = ("paper", "claim", "paper says", "measured", "verdict", "what fails", "depends on", "criterion")
 COLUMNS = {  # heads of the table of metrics -> keys of metrics.measure; of an array the largest element counts
     "settled below (deg)": "settling threshold (deg)",
     "settling time (s)": "settling time (s)",
@@ -125,7 +125,10 @@ def _written(
     parts = [
         "# What holds of the papers\n",
         "## Claims\n",
-        markdown.write_table(HEAD, ([v.paper, v.claim, v.said, v.measured, v.verdict, v.criterion] for v in verdicts)),
+        _claims(v for v in verdicts if not v.beyond),
+        "## Beyond the papers\n",
+        "What no paper claims, and a reader would ask next.\n",
+        _claims(v for v in verdicts if v.beyond),
         "## Metrics of every run\n",
         f"{PREFACE}\n",
         markdown.write_table(("experiment", *COLUMNS, "ended"), map(list, metrics_rows(results))),
@@ -137,6 +140,11 @@ def _written(
     known = {name: run.info.get("metrics", {}) for name, run in results.items()}
     numbers.write_text(json.dumps(known, indent=2) + "\n", encoding="utf-8")
     return report, claims, numbers
+
+
+def _claims(verdicts: Iterable[Verdict]) -> str:
+    rows = ([v.paper, v.claim, v.said, v.measured, v.word, v.failing, v.depends, v.criterion] for v in verdicts)
+    return markdown.write_table(HEAD, rows)
 
 
 def metrics_rows(results: Mapping[str, Result], columns: Sequence[str] = tuple(COLUMNS)) -> Iterator[tuple[str, ...]]:

@@ -1,11 +1,13 @@
 """A paper's claims as functions of runs: the verdict follows from measured figures by a stated criterion.
 
 A claim is split into parts that are true or false of the runs (an axis, a threshold). All true: reproduced. None:
-not reproduced. Else: partly. Nothing here is written down as a verdict.
+not reproduced. Else: partly, and the parts that fail are named. Where the paper leaves something open, the claim is
+judged in each reading, the most literal one first: reproduced where it is in all of them, "in one reading" where it is
+in some, which are named, else by all parts together. Nothing here is written down as a verdict.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -14,7 +16,7 @@ from cosim.arrays import BoolArray
 from cosim.errors import UnknownName
 from cosim.results.result import Result
 
-Outcome = Literal["reproduced", "partly", "not reproduced", "not judged"]
+Outcome = Literal["reproduced", "in one reading", "partly", "not reproduced", "not judged"]
 AXES = ("roll", "pitch", "yaw")
 
 
@@ -26,7 +28,9 @@ class Measured:
     holds: Mapping[str, bool]
 
 
-Measure = Callable[[Mapping[str, Result]], Measured]
+Readings = Mapping[str, Measured]
+"""What runs show in each reading of a claim, by the reading's name; "" where there is but one."""
+Measure = Callable[[Mapping[str, Result]], Measured | Readings]
 """A function of the runs by experiment name."""
 
 
@@ -35,7 +39,8 @@ class Claim:
     """One sentence of a paper, the number it gives, the experiments it takes and the criterion that decides it.
 
     `runs` are experiments by name; every one has to reach `until` (s; of each run, where they differ) or the event that
-    ends it. `criterion` says what `measure` tests, in words.
+    ends it. `criterion` says what `measure` tests, in words; `depends` what it depends on that the paper does not say,
+    and was chosen: values, cases, thresholds. beyond: no sentence of the paper, but what a reader would ask next.
     """
 
     paper: str
@@ -45,17 +50,19 @@ class Claim:
     runs: Sequence[str]
     until: float | Mapping[str, float]
     measure: Measure
+    depends: str = ""
+    beyond: bool = False
 
     def judge(self, runs: Mapping[str, Result]) -> "Verdict":
         """Measure and judge; a claim whose runs are missing or too short is "not judged" and says why."""
         lacking = self.lacking(runs)
         if lacking:
-            return self._verdict(lacking, "not judged")
+            return self._verdict({"": Measured(lacking, {})})
         try:
             measured = self.measure(runs)
         except UnknownName as error:
-            return self._verdict(f"a variable is missing: {error}", "not judged")
-        return self._verdict(measured.text, decide(measured.holds), measured.holds)
+            return self._verdict({"": Measured(f"a variable is missing: {error}", {})})
+        return self._verdict({"": measured} if isinstance(measured, Measured) else measured)
 
     def lacking(self, runs: Mapping[str, Result]) -> str:
         """Return what is missing for a judgement, "" if nothing."""
@@ -72,13 +79,24 @@ class Claim:
                 return f"needs {until:g} s of {name}, it has {end}"
         return ""
 
-    def _verdict(self, measured: str, verdict: Outcome, holds: Mapping[str, bool] | None = None) -> "Verdict":
-        return Verdict(self.paper, self.text, self.paper_number, measured, verdict, self.criterion, holds or {})
+    def _verdict(self, readings: Readings) -> "Verdict":
+        named = {name: found.text for name, found in readings.items()}
+        return Verdict(
+            paper=self.paper,
+            claim=self.text,
+            said=self.paper_number,
+            measured="; ".join(f"{name}: {text}" if name else text for name, text in named.items()),
+            verdict=decide({name: found.holds for name, found in readings.items()}),
+            criterion=self.criterion,
+            depends=self.depends,
+            beyond=self.beyond,
+            readings={name: dict(found.holds) for name, found in readings.items()},
+        )
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """A row of the claims table; `holds` shows which part of the claim failed."""
+    """A row of the claims table; `readings`: reading -> part of the claim -> whether it holds."""
 
     paper: str
     claim: str
@@ -86,14 +104,48 @@ class Verdict:
     measured: str
     verdict: Outcome
     criterion: str = ""
-    holds: Mapping[str, bool] | None = None
+    depends: str = ""
+    beyond: bool = False
+    readings: Mapping[str, Mapping[str, bool]] = field(default_factory=dict)
+
+    @property
+    def holds(self) -> dict[str, bool]:
+        """All parts, of several readings as "reading: part"."""
+        return {
+            f"{name}: {part}" if name else part: good
+            for name, holds in self.readings.items()
+            for part, good in holds.items()
+        }
+
+    @property
+    def word(self) -> str:
+        """The verdict; with the readings in which the claim is reproduced, where that is said of some."""
+        if self.verdict != "in one reading":
+            return self.verdict
+        held = [name for name, holds in self.readings.items() if all(holds.values())]
+        return f"in one reading ({held[0]})" if len(held) == 1 else f"in {len(held)} readings ({', '.join(held)})"
+
+    @property
+    def failing(self) -> str:
+        """The parts that fail, of every reading; "" if all hold."""
+        texts: list[str] = []
+        for name, holds in self.readings.items():
+            failed = [part for part, good in holds.items() if not good]
+            what = "all of it" if failed and len(failed) == len(holds) > 1 else ", ".join(failed)
+            texts += [f"{name}: {what}" if name else what] if failed else []
+        return "; ".join(texts)
 
 
-def decide(holds: Mapping[str, bool]) -> Outcome:
-    """Return the verdict of the parts of a claim."""
-    if not holds:
+def decide(readings: Mapping[str, Mapping[str, bool]]) -> Outcome:
+    """Return the verdict of the parts of a claim in all of its readings."""
+    parts = [good for holds in readings.values() for good in holds.values()]
+    if not parts:
         return "not judged"
-    return "reproduced" if all(holds.values()) else "partly" if any(holds.values()) else "not reproduced"
+    if all(parts):
+        return "reproduced"
+    if len(readings) > 1 and any(holds and all(holds.values()) for holds in readings.values()):
+        return "in one reading"
+    return "partly" if any(parts) else "not reproduced"
 
 
 def judge(claims: Iterable[Claim], runs: Mapping[str, Result]) -> list[Verdict]:

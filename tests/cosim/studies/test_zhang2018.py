@@ -8,7 +8,7 @@ from components.catalog import CATALOG
 from cosim.errors import UnknownName
 from cosim.results.result import Result
 from cosim.studies import papers, plots
-from cosim.studies.papers.claims import Claim, Measured, decide, judge
+from cosim.studies.papers.claims import Claim, Measured, judge
 from cosim.studies.papers.zhang2018 import system, tracking
 from cosim.system import Value
 from cosim.system.expand import wire
@@ -179,13 +179,6 @@ def test_unknown_names_are_answered_with_the_nearest():
 
 
 # Claims
-
-
-def test_an_outcome_follows_from_its_parts():
-    assert decide({"a": True, "b": True}) == "reproduced"
-    assert decide({"a": True, "b": False}) == "partly"
-    assert decide({"a": False}) == "not reproduced"
-    assert decide({}) == "not judged"
 
 
 CASES = {

@@ -9,7 +9,7 @@ import numpy as np
 
 from cosim.arrays import FloatArray
 from cosim.results.result import Result
-from cosim.studies.papers.claims import Claim, Measure, Measured, window
+from cosim.studies.papers.claims import Claim, Measure, Measured, Readings, window
 from cosim.studies.papers.ye2016.system import (
     ADAPTIVE,
     ADAPTIVE_SLOW,
@@ -89,7 +89,7 @@ def _momentum(runs: Mapping[str, Result]) -> Measured:
 
 
 def _claim(text: str, said: str, criterion: str, measure: Measure, *runs: str) -> Claim:
-    def of_its_runs(given: Mapping[str, Result]) -> Measured:
+    def of_its_runs(given: Mapping[str, Result]) -> Measured | Readings:
         return measure({name: given[name] for name in runs})
 
     return Claim(
