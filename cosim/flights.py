@@ -12,11 +12,12 @@ from cosim.errors import FmuError, NotSupported, ResultUnwritable, SimulationErr
 from cosim.masters.explicit import Explicit
 from cosim.masters.initialization.initialize import Initialization
 from cosim.masters.interrupt import Asked, interruptible
+from cosim.masters.kernel import crash
 from cosim.masters.master import Course, Flown, Master
 from cosim.masters.point import Point
 from cosim.masters.run import run
 from cosim.masters.watch import Watch
-from cosim.results import formats, runinfo
+from cosim.results import formats, runinfo, story
 from cosim.results.claim import claimed, release
 from cosim.results.effective import Effective
 from cosim.results.folder import clear, refuse_existing, write_info
@@ -120,6 +121,7 @@ class Prepared:
     frees them.
     """
 
+    @crash.told()
     def __init__(
         self,
         system: System,
@@ -144,10 +146,12 @@ class Prepared:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    @crash.told()
     def close(self) -> None:
         """Free all instances that do not fly."""
         self._crews.close()
 
+    @crash.told()
     def fly(
         self,
         experiment: Experiment,
@@ -194,7 +198,7 @@ class Prepared:
                 info = {**plan.info, **runinfo.process()}
                 if folder is not None:  # a third of the cost of a short flight that is not kept
                     info["values"] = plan.effective.read(crew, plan.wiring.settings)
-                with _story(folder, info):
+                with story.told(folder, info):
                     flight = _Flight(plan.course, crew, point, folder, progress, info)
                     flight.fly()
                     crews.end(crew, getattr(flight.failure, "component", None))
@@ -332,21 +336,6 @@ class _Flight:
             self.recorder.flush()
             write_info(self.folder, {**self.info, "status": "interrupted", "rows": self.recorder.rows})
             release(self.folder)
-
-
-@contextmanager
-def _story(folder: Path | None, info: Mapping[str, Any]) -> Generator[None]:
-    """Have run.json say "running" within, and why it ended if an exception leaves."""
-    if folder is None:
-        yield
-        return
-    write_info(folder, {**info, "status": "running"})
-    try:
-        yield
-    except BaseException as error:
-        with suppress(ResultUnwritable):
-            write_info(folder, {**info, **runinfo.broken(error)})
-        raise
 
 
 def _tell(flown: Flown) -> None:

@@ -35,15 +35,21 @@ def clear(folder: Path) -> None:
         raise ResultUnwritable(folder, error.strerror or str(error)) from error
 
 
-def write_info(folder: Path, info: Mapping[str, Any]) -> None:
-    """Write run.json whole or not at all. Raises `ResultUnwritable`."""
+def write_info(folder: Path, info: Mapping[str, Any], room: int = 0) -> int:
+    """Write run.json whole or not at all. Raises `ResultUnwritable`.
+
+    `room`: so many blanks follow the last value; returned is where that stands, in bytes.
+    """
     part = folder / f".{INFO}"
-    text = json.dumps(info, indent=2, allow_nan=False, default=str) + "\n"
+    *_, last = info
+    value = json.dumps(info[last], default=str)
+    text = json.dumps(info, indent=2, allow_nan=False, default=str).removesuffix("\n}")
     try:
-        part.write_text(text, encoding="utf-8")
+        part.write_text(f"{text}{' ' * room}\n}}\n", encoding="utf-8")
         part.replace(folder / INFO)
     except OSError as error:
         raise ResultUnwritable(folder / INFO, error.strerror or str(error)) from error
+    return len(text.encode()) - len(value.encode())
 
 
 def finite(value: Any) -> Any:

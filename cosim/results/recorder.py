@@ -58,8 +58,9 @@ class Recorder:
                 self._stream.close(whole=not self._cut)
 
     def look(self) -> None:
-        """Write the block if it is full or `FLUSH` has passed."""
-        if self.block.full or time.perf_counter() - self._flushed > FLUSH:
+        """Write the block if it is full, `FLUSH` has passed, or the file has no row yet."""
+        first = self._stream is not None and not self.rows
+        if self.block.full or first or time.perf_counter() - self._flushed > FLUSH:
             self.flush()
 
     def flush(self) -> None:

@@ -15,6 +15,7 @@ from fmpy.fmi1 import FMICallException
 
 from cosim.arrays import FloatArray
 from cosim.errors import CallFailed, FmuError, status_name
+from cosim.slaves import breadcrumb
 from cosim.slaves.shelf import SHELF
 from cosim.slaves.slave import CInterface, References, Refusal
 from fmus.description.description import ModelDescription
@@ -39,7 +40,8 @@ class FMU2Unmoved(fmi2.FMU2Slave):
         self.fmiCallLogger, self.requireFunctions = None, True
         self._functions: dict[str, Any] = {}
         beside: Any = getattr(os, "add_dll_directory", lambda _folder: nullcontext())  # where a DLL finds its like
-        with beside(str(binaries)):
+        self._name = name.encode()
+        with beside(str(binaries)), breadcrumb.inside(self._name, b"dlopen"):
             self.dll = ctypes.CDLL(str(library))
         self._loadFunctions()
         self.addresses = {name: _address(function) for name, function in self._functions.items()}
@@ -69,7 +71,8 @@ class FMU2Unmoved(fmi2.FMU2Slave):
 
     def _call(self, fname: str, *args: Any) -> Any:
         function = self._functions[fname]
-        result = function(*args)
+        with breadcrumb.inside(self._name, fname.encode()):
+            result = function(*args)
         if function.restype is ctypes.c_int and result not in _SUCCESS:
             raise FMICallException(function=fname, status=result)
         return result

@@ -15,6 +15,7 @@ from cosim.masters.stepping import failed_step, not_finite
 from cosim.masters.turns import Turns
 from cosim.masters.types import Kind, Texts
 from cosim.masters.watch import LOOK, Watch
+from cosim.slaves import breadcrumb
 from cosim.slaves.slave import CInterface, Slave
 
 _kept: "WeakKeyDictionary[Slave, tuple[Turns, list[int], Packed]]" = WeakKeyDictionary()
@@ -58,9 +59,12 @@ class Kernel:
             raise self._failure
         run, block = self._packed.run, self.watch.block
         self._put(point)
+        here = breadcrumb.here()
+        here.run = ctypes.addressof(run)
         refused = self._library.kernel_run(
             ctypes.byref(run), until, LOOK, block.data.ctypes.data, len(block.data), block.count_address
         )
+        here.run, here.time = None, self.turns.schedule.time(run.done)
         if refused:
             raise NotSupported("the kernel cannot count this run", 'Choose kernel="never".')
         self.watch.last_row = run.last_row
