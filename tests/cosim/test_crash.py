@@ -54,6 +54,15 @@ def fly(out="out", start=0.0, stop=1.0, name="a"):
 
 """
 
+ALONE = """
+from cosim import Experiment, System
+
+def alone():
+    return System(name="alone", components={{"unit": {fmu!r}}}, held={{"unit.u": 0.0}}), Experiment(
+        stop_time=1.0, communication_step_size=0.1
+    )
+"""
+
 DEATHS = {
     "SIGSEGV": (-11, "SIGSEGV, a segmentation fault"),
     "SIGABRT": (-6, "SIGABRT, abort() was called"),
@@ -225,23 +234,13 @@ def test_a_thread_too_many_flies_without(monkeypatch):
 @pytest.mark.parametrize(("how", "status"), [("exit", 1), ("SIGSEGV", -11)])
 def test_at_the_command_line(mortal, tmp_path, how, status):
     """Never status 0; what Python was doing is told too."""
-    command = [
-        sys.executable,
-        "-m",
-        "cosim",
-        "run",
-        str(mortal),
-        "--hold-unconnected",
-        "--step",
-        "100ms",
-        "--stop",
-        "1",
-    ]
+    (tmp_path / "alone.py").write_text(ALONE.format(fmu=str(mortal)))
+    command = [sys.executable, "-m", "cosim", "run", "alone.py"]
     environment = os.environ | {"PYTHONPATH": str(ROOT), "DIE_HOW": how, "DIE_WHERE": "step"}
     done = subprocess.run(
         [*command, "--out", "out"], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
     )
     assert done.returncode == status
-    assert done.stderr.startswith("FmuCrashed: Mortal ended the process in fmi2DoStep at communication point 0.3 s: ")
+    assert done.stderr.startswith("FmuCrashed: unit ended the process in fmi2DoStep at communication point 0.3 s: ")
     assert ("Fatal Python error: Segmentation fault" in done.stderr) == (how == "SIGSEGV")
     assert Result.read(tmp_path / "out").info["status"] == "crashed"
