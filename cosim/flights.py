@@ -17,10 +17,10 @@ from cosim.masters.master import Course, Flown, Master
 from cosim.masters.point import Point
 from cosim.masters.run import run
 from cosim.masters.watch import Watch
-from cosim.results import formats, runinfo, story
+from cosim.results import formats, process, runinfo, story
 from cosim.results.claim import claimed, release
 from cosim.results.effective import Effective
-from cosim.results.folder import clear, refuse_existing, write_info
+from cosim.results.folder import write_info
 from cosim.results.recorder import Recorder
 from cosim.results.result import Judge, Result
 from cosim.slaves import crew as crews
@@ -58,7 +58,7 @@ def simulate(
     formats.check_format(format)
     folder = None if out is None else Path(out).absolute()
     if folder is not None and not overwrite:
-        refuse_existing(folder)
+        story.refuse_existing(folder)
     with prepare(system, locate, slaves=slaves, swaps=swaps, metrics=metrics) as prepared:
         return prepared.fly(experiment, out=folder, overwrite=overwrite, progress=progress, format=format)
 
@@ -180,7 +180,7 @@ class Prepared:
         formats.check_format(format)
         folder = None if out is None else Path(out).absolute()
         if folder is not None and not overwrite:
-            refuse_existing(folder)
+            story.refuse_existing(folder)
         experiment = experiment if record is None else replace(experiment, record=record)
         plan = self._plan(experiment, parameters, tuple(experiment.record))
         if folder is not None:
@@ -193,9 +193,9 @@ class Prepared:
             with claimed(folder):
                 if folder is not None:
                     if not overwrite:
-                        refuse_existing(folder)  # of a run that ended while this one began
-                    clear(folder)
-                info = {**plan.info, **runinfo.process()}
+                        story.refuse_existing(folder)  # of a run that ended while this one began
+                    story.replace(folder)
+                info = {**plan.info, **process.describe()}
                 if folder is not None:  # a third of the cost of a short flight that is not kept
                     info["values"] = plan.effective.read(crew, plan.wiring.settings)
                 with story.told(folder, info):

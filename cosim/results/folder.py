@@ -6,14 +6,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from cosim.errors import ResultExists, ResultUnwritable
-from cosim.results.names import FILES, INFO
+from cosim.errors import ResultUnwritable
+from cosim.results.names import FILES, INFO, PARTS
 
 
-def refuse_existing(folder: Path) -> None:
-    """Raise `ResultExists` if a folder holds a result."""
-    if any((folder / name).exists() for name in FILES):
-        raise ResultExists(folder)
+def holds_result(folder: Path) -> bool:
+    """Whether a folder holds a result, or what a run has left of one."""
+    return any((folder / name).exists() for name in FILES)
 
 
 def make_folder(folder: Path) -> None:
@@ -26,10 +25,13 @@ def make_folder(folder: Path) -> None:
 
 
 def clear(folder: Path) -> None:
-    """Make the folder; remove an older result in it, and nothing else. Raises `ResultUnwritable`."""
+    """Make the folder; remove an older result in it, what one that died has left, and nothing else.
+
+    Raises `ResultUnwritable`.
+    """
     make_folder(folder)
     try:
-        for name in FILES:
+        for name in (*FILES, *PARTS):
             (folder / name).unlink(missing_ok=True)
     except OSError as error:
         raise ResultUnwritable(folder, error.strerror or str(error)) from error

@@ -1,12 +1,10 @@
 """What run.json says of a run: enough to repeat it, and how it ended."""
 
 import dataclasses
-import os
 import platform
 import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -65,12 +63,6 @@ def setup(
         "types": {n: kind for n, kind in zip(columns.names, columns.types, strict=True) if kind != "Real"},
         "items": {n: dict(items) for n, items in zip(columns.names, columns.items, strict=True) if items is not None},
     }
-
-
-def process() -> dict[str, Any]:
-    """Return which process runs, where, and since when (UTC)."""
-    started = f"{datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ}"
-    return {"process": os.getpid(), "host": platform.node(), "started": started}
 
 
 def messages(slaves: Mapping[str, Slave]) -> dict[str, dict[str, int]]:

@@ -12,8 +12,9 @@ from typing import Any
 
 from cosim.errors import SimulationError
 from cosim.flights import Locate, Progress, simulate
-from cosim.results.folder import make_folder, refuse_existing
+from cosim.results.folder import make_folder
 from cosim.results.result import Result
+from cosim.results.story import refuse_existing
 from cosim.studies import markdown, metrics, papers, plots
 from cosim.studies.papers.claims import Verdict, judge
 
