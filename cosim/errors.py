@@ -247,5 +247,8 @@ def quoted(messages: Sequence[str]) -> str:
 
 def near(path: Path) -> Path:
     """Return a path as one writes it from here: relative where it is below the working folder."""
-    here = Path.cwd()
+    try:
+        here = Path.cwd()
+    except OSError:  # it has been deleted
+        return path
     return path.relative_to(here) if path.is_relative_to(here) else path

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
-from cosim.errors import FmuError, NotSupported, ResultUnwritable, SimulationError, StepFailed
+from cosim.errors import FmuError, NotSupported, ResultUnreadable, ResultUnwritable, SimulationError, StepFailed
 from cosim.masters.explicit import Explicit
 from cosim.masters.initialization.initialize import Initialization
 from cosim.masters.interrupt import Asked, interruptible
@@ -20,7 +20,7 @@ from cosim.masters.watch import Watch
 from cosim.results import formats, process, runinfo, story
 from cosim.results.claim import claimed, release
 from cosim.results.effective import Effective
-from cosim.results.folder import write_info
+from cosim.results.folder import place, write_info
 from cosim.results.recorder import Recorder
 from cosim.results.result import Judge, Result
 from cosim.slaves import crew as crews
@@ -56,7 +56,7 @@ def simulate(
 ) -> Result:
     """Run an experiment and return what it recorded; see `prepare` and `Prepared.fly`, which it calls."""
     formats.check_format(format)
-    folder = None if out is None else Path(out).absolute()
+    folder = place(out)
     if folder is not None and not overwrite:
         story.refuse_existing(folder)
     with prepare(system, locate, slaves=slaves, swaps=swaps, metrics=metrics) as prepared:
@@ -178,7 +178,7 @@ class Prepared:
         """
         began = time.perf_counter()
         formats.check_format(format)
-        folder = None if out is None else Path(out).absolute()
+        folder = place(out)
         if folder is not None and not overwrite:
             story.refuse_existing(folder)
         experiment = experiment if record is None else replace(experiment, record=record)
@@ -198,14 +198,16 @@ class Prepared:
                 info = {**plan.info, **process.describe()}
                 if folder is not None:  # a third of the cost of a short flight that is not kept
                     info["values"] = plan.effective.read(crew, plan.wiring.settings)
-                with story.told(folder, info):
+                with story.told(folder, info) as tale:
                     flight = _Flight(plan.course, crew, point, folder, progress, info)
-                    flight.fly()
+                    flight.fly(tale.problem)
                     crews.end(crew, getattr(flight.failure, "component", None))
                     result, failure = self._result(plan, flight, folder, format)
                     result.info["wall_time"] = {"total": time.perf_counter() - began, "loop": flight.wall_time}
-                    if folder is not None:
-                        write_info(folder, result.info)
+                    problem = tale.end(result.info)
+                    if problem is not None and failure is None:
+                        failure = problem
+                        result.info |= runinfo.broken(problem)
         flight.asked.answer()
         if failure is not None:
             if isinstance(failure, SimulationError):
@@ -255,12 +257,14 @@ class Prepared:
     ) -> tuple[Result, Exception | None]:
         """Return the result of a flight that has ended, and what ended it early."""
         failure = flight.failure
+        table = flight.recorder.table()
         if folder is not None:
             try:
                 formats.convert(folder, format)
-            except ResultUnwritable as error:  # the stream stays, and is as good
+            except (ResultUnwritable, ResultUnreadable) as error:  # the stream stays, and is as good
                 failure = failure or error
-        table = flight.recorder.table() if folder is None else Result.read(folder).table
+            with suppress(ResultUnreadable) if failure is not None else nullcontext():  # where no row was written
+                table = Result.read(folder).table
         result = Result(table, flight.info, folder, self._metrics)
         reached = float(result.time[-1]) if len(result) else None
         event = None if flight.interrupted else runinfo.event(self._descriptions, plan.info["stop_when"], reached)
@@ -300,11 +304,13 @@ class _Flight:
         self.asked = Asked()
         self.wall_time = 0.0
 
-    def fly(self) -> None:
-        """Fly to the end; what ends it early stands in `failure` and `interrupted`."""
+    def fly(self, problem: Exception | None = None) -> None:
+        """Fly to the end; what ends it early, or a `problem` at once, stands in `failure` and `interrupted`."""
         schedule = self.course.schedule
         began = time.perf_counter()
         try:
+            if problem is not None:
+                raise problem
             with self.recorder as recorder:
                 watch = Watch(self.course.layout, schedule, recorder.block)
                 algorithm, self.flown = self.course.algorithm(self.crew, watch)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from cosim.cli import console
-from cosim.errors import SimulationError
+from cosim.errors import ResultUnwritable, SimulationError
 from cosim.results.names import FORMATS
 from fmus.errors import BuildError
 from fmus.toolchain import SUFFIXES as PLATFORMS
@@ -231,7 +231,10 @@ def run(
         changed = (set_, params, step, every, master, extrapolation, tolerance)
         if system.hold_unconnected:
             console.write_held(result, system.held)
-        _tell(name, result, plot, as_published=not any(option not in (None, []) for option in changed))
+        try:
+            _tell(name, result, plot, as_published=not any(option not in (None, []) for option in changed))
+        except ResultUnwritable as error:  # the run was flown; what ended it is the first to be told
+            failure, error.result = failure or error, result
         if failure is not None:
             raise failure
         if result.info["status"] != "finished":

@@ -1,5 +1,6 @@
 """What `adcs show` says of a result folder: what flew, how it ended, what is kept."""
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from cosim.results.result import Result
 
 def is_result(folder: Path) -> bool:
     """Whether a path is a folder with a result, or with what a run has left of one."""
-    return folder.is_dir() and holds_result(folder)
+    return os.path.isdir(folder) and holds_result(folder)
 
 
 def write_result(folder: Path) -> None:

@@ -18,28 +18,67 @@ from cosim.slaves import breadcrumb
 _log = logging.getLogger(__name__)
 
 ROOM = 2400
-"""Blanks after the status of a run that goes on: what a handler writes there when an FMU ends the process (crash.h)."""
+"""Blanks after the status of a run that goes on, for how it ends: written by a handler when an FMU ends the process
+(crash.h), or where the disk is full."""
+
+LONGEST_WHY = 300
+"""Characters of a cause that fit there, of 4 bytes or escaped as they may be."""
+
+
+class Story:
+    """run.json of one run: "running" from its beginning on, at the end what came of it; without a folder nothing.
+
+    `problem`: why the beginning could not be written, None where it was.
+    """
+
+    def __init__(self, folder: Path | None, info: Mapping[str, Any]) -> None:
+        self.folder, self.at = folder, -1
+        self.problem: ResultUnwritable | None = None
+        if folder is not None:
+            try:
+                self.at = write_info(folder, {**info, "status": "running"}, ROOM)
+            except ResultUnwritable as error:
+                self.problem = error
+
+    def end(self, info: Mapping[str, Any]) -> ResultUnwritable | None:
+        """Write the end; where there is no room for it only how it ended, in the blanks, and return why."""
+        if self.folder is None:
+            return None
+        try:
+            write_info(self.folder, info)
+        except ResultUnwritable as error:
+            self._end_in_place(info if info.get("error") else {**info, **runinfo.broken(error)})
+            return error
+        return None
+
+    def _end_in_place(self, info: Mapping[str, Any]) -> None:
+        """Write how a run ended into the blanks of run.json, which is on the disk already."""
+        if self.folder is None or self.at < 0:
+            return
+        why = str(info.get("why", ""))[:LONGEST_WHY]
+        short = {"status": info["status"], "error": info.get("error"), "why": why}
+        short |= {key: info[key] for key in ("reached_time", "rows") if key in info}
+        text = json.dumps(short, ensure_ascii=False)[len('{"status": ') : -1].encode(errors="replace")
+        with suppress(OSError), (self.folder / INFO).open("rb+") as file:
+            file.seek(self.at)
+            file.write(text.ljust(ROOM))
 
 
 @contextmanager
-def told(folder: Path | None, info: Mapping[str, Any]) -> Generator[None]:
+def told(folder: Path | None, info: Mapping[str, Any]) -> Generator[Story]:
     """Have run.json say "running" within, "crashed" if an FMU ends the process, and what exception left, if one did."""
-    if folder is None:
-        yield
-        return
-    at = write_info(folder, {**info, "status": "running"}, ROOM)
+    story = Story(folder, info)
     try:
-        with _open_to_handlers(folder, at):
-            yield
+        with _open_to_handlers(folder, story.at):
+            yield story
     except BaseException as error:
-        with suppress(ResultUnwritable):
-            write_info(folder, {**info, **runinfo.broken(error)})
+        story.end({**info, **runinfo.broken(error)})
         raise
 
 
 @contextmanager
-def _open_to_handlers(folder: Path, at: int) -> Generator[None]:
-    if os.name == "nt":  # no handler writes, and what is open cannot be replaced
+def _open_to_handlers(folder: Path | None, at: int) -> Generator[None]:
+    if folder is None or at < 0 or os.name == "nt":  # there no handler writes, and what is open cannot be replaced
         yield
         return
     here = breadcrumb.here()
@@ -59,7 +98,7 @@ def read_info(folder: Path) -> dict[str, Any]:
     Raises `ResultUnreadable`.
     """
     path = folder / INFO
-    if not path.is_file():
+    if not os.path.isfile(path):
         return {}
     try:
         info = json.loads(path.read_text(encoding="utf-8"))
