@@ -201,8 +201,9 @@ class Prepared:
                 with story.told(folder, info) as tale:
                     flight = _Flight(plan.course, crew, point, folder, progress, info)
                     flight.fly(tale.problem)
-                    crews.end(crew, getattr(flight.failure, "component", None))
+                    refused = crews.end(crew, getattr(flight.failure, "component", None))
                     result, failure = self._result(plan, flight, folder, format)
+                    result.info |= runinfo.calls(crew, refused)
                     result.info["wall_time"] = {"total": time.perf_counter() - began, "loop": flight.wall_time}
                     problem = tale.end(result.info)
                     if problem is not None and failure is None:

@@ -13,7 +13,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from cosim.errors import near
+from cosim.errors import near, quoted
 from fmus.description.names import split_element
 
 if TYPE_CHECKING:  # a message must not wait for what flies and draws
@@ -96,7 +96,7 @@ def write_summary(result: "Result") -> None:
         write(
             "only the time was recorded: no FMU has an input or output; name other variables in Experiment(record=...)"
         )
-    for line in said(info) if info["status"] != "failed" else ():
+    for line in (*(said(info) if info["status"] != "failed" else ()), *returned(info)):
         write(line)
     if outside := out_of_domain(result):
         write(f"the controller was {outside}")
@@ -118,6 +118,16 @@ def said(info: Mapping[str, Any]) -> Generator[str]:
         times = f" ({count} times)" if count > 1 else ""
         more = f"; {len(others)} more in run.json" if others else ""
         yield f"{name} says: {first}{times}{more}"
+
+
+def returned(info: Mapping[str, Any]) -> Generator[str]:
+    """Yield which calls returned fmi2Warning, how often and when first, and which FMUs did not terminate well."""
+    for name, functions in info.get("fmi2Warning", {}).items():
+        for function, warned in functions.items():
+            times = f"{warned['count']} times, first" if warned["count"] > 1 else "once,"
+            yield f"{name}: {function} returned fmi2Warning {times} at communication point {warned['first']} s"
+    for name, end in info.get("fmi2Terminate", {}).items():
+        yield f"{name}: fmi2Terminate returned {end['status']}, after the last row{quoted(end['messages'])}"
 
 
 def write_held(result: "Result", named: Mapping[str, object]) -> None:

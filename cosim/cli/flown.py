@@ -28,7 +28,7 @@ def write_result(folder: Path) -> None:
     components: Mapping[str, Mapping[str, Any]] = info.get("components", {})
     rows = [(name, c["reference"], c["generation_tool"] or "", c["guid"]) for name, c in components.items()]
     console.write_table(("instance", "FMU", "made by", "GUID"), rows, whole=(0, 1))
-    for line in console.said(info):
+    for line in (*console.said(info), *console.returned(info)):
         console.write(line)
 
 

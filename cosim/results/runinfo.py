@@ -10,6 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from cosim.errors import CallFailed
 from cosim.masters.master import Course
 from cosim.slaves.slave import Slave
 from cosim.system import Experiment, System
@@ -68,6 +69,17 @@ def setup(
 def messages(slaves: Mapping[str, Slave]) -> dict[str, dict[str, int]]:
     """Return what FMUs have logged, by instance: each text once, with how often it came."""
     return {name: dict(Counter(slave.messages)) for name, slave in slaves.items() if slave.messages}
+
+
+def calls(slaves: Mapping[str, Slave], refused: Mapping[str, CallFailed]) -> dict[str, Any]:
+    """Return which calls returned fmi2Warning, by instance and function, and which instances `refused` to terminate."""
+    warned = {
+        name: {function: {"count": n, "first": _plain(first)} for function, (n, first) in slave.warned.items()}
+        for name, slave in slaves.items()
+        if slave.warned
+    }
+    told = {name: {"status": error.status, "messages": list(error.messages)} for name, error in refused.items()}
+    return {"fmi2Warning": warned, "fmi2Terminate": told}
 
 
 def ending(

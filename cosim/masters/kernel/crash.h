@@ -98,7 +98,7 @@ static const Breadcrumb *find_place(Place *place)
             const Component *c = &b->run->component[CALLING_COMPONENT(calling)];
             place->instance = c->name;
             place->function = function_name(CALLING_CALL(calling), CALLING_KIND(calling));
-            place->time = point_time(b->run, period_start(c, b->run->done));
+            place->time = point_time(b->run, b->run->done);
             return b;
         }
         if (b->function) {
