@@ -1,5 +1,6 @@
 """The command `adcs`: it sees that the packages found are ours, then runs. It stands alone, to be found first."""
 
+import faulthandler
 import importlib.util
 import sys
 from pathlib import Path
@@ -51,6 +52,8 @@ def main() -> None:
     except StrangerFound as error:
         print(f"{type(error).__name__}: {error}", file=sys.stderr)
         raise SystemExit(2) from error
+    if sys.stderr is not None:
+        faulthandler.enable()  # what an FMU, or a library, was doing in Python when it ended the process
     from cosim.cli.commands import app
 
     app()

@@ -161,14 +161,16 @@ class NotSupported(SimulationError):
 
 @dataclass(eq=False)
 class ResultExists(SimulationError):
-    """A folder that already holds a result."""
+    """A folder that already holds a result; `story`: how its run ended, where it did not finish."""
 
     path: Path
+    story: str = ""
 
     def __str__(self) -> str:
-        """Folder, and both ways out."""
+        """Folder, how its run ended, and both ways out."""
+        what = f"what is left of a run that {self.story}" if self.story else "a result"
         return (
-            f"{near(self.path)} already holds a result. Write elsewhere (out=..., --out DIR), or replace it "
+            f"{near(self.path)} already holds {what}. Write elsewhere (out=..., --out DIR), or replace it "
             "(overwrite=True, --force)."
         )
 
@@ -245,5 +247,8 @@ def quoted(messages: Sequence[str]) -> str:
 
 def near(path: Path) -> Path:
     """Return a path as one writes it from here: relative where it is below the working folder."""
-    here = Path.cwd()
+    try:
+        here = Path.cwd()
+    except OSError:  # it has been deleted
+        return path
     return path.relative_to(here) if path.is_relative_to(here) else path

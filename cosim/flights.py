@@ -8,18 +8,19 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
-from cosim.errors import FmuError, NotSupported, ResultUnwritable, SimulationError, StepFailed
+from cosim.errors import FmuError, NotSupported, ResultUnreadable, ResultUnwritable, SimulationError, StepFailed
 from cosim.masters.explicit import Explicit
 from cosim.masters.initialization.initialize import Initialization
 from cosim.masters.interrupt import Asked, interruptible
+from cosim.masters.kernel import crash
 from cosim.masters.master import Course, Flown, Master
 from cosim.masters.point import Point
 from cosim.masters.run import run
 from cosim.masters.watch import Watch
-from cosim.results import formats, runinfo
+from cosim.results import formats, process, runinfo, story
 from cosim.results.claim import claimed, release
 from cosim.results.effective import Effective
-from cosim.results.folder import clear, refuse_existing, write_info
+from cosim.results.folder import place, write_info
 from cosim.results.recorder import Recorder
 from cosim.results.result import Judge, Result
 from cosim.slaves import crew as crews
@@ -55,9 +56,9 @@ def simulate(
 ) -> Result:
     """Run an experiment and return what it recorded; see `prepare` and `Prepared.fly`, which it calls."""
     formats.check_format(format)
-    folder = None if out is None else Path(out).absolute()
+    folder = place(out)
     if folder is not None and not overwrite:
-        refuse_existing(folder)
+        story.refuse_existing(folder)
     with prepare(system, locate, slaves=slaves, swaps=swaps, metrics=metrics) as prepared:
         return prepared.fly(experiment, out=folder, overwrite=overwrite, progress=progress, format=format)
 
@@ -120,6 +121,7 @@ class Prepared:
     frees them.
     """
 
+    @crash.told()
     def __init__(
         self,
         system: System,
@@ -144,10 +146,12 @@ class Prepared:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    @crash.told()
     def close(self) -> None:
         """Free all instances that do not fly."""
         self._crews.close()
 
+    @crash.told()
     def fly(
         self,
         experiment: Experiment,
@@ -174,9 +178,9 @@ class Prepared:
         """
         began = time.perf_counter()
         formats.check_format(format)
-        folder = None if out is None else Path(out).absolute()
+        folder = place(out)
         if folder is not None and not overwrite:
-            refuse_existing(folder)
+            story.refuse_existing(folder)
         experiment = experiment if record is None else replace(experiment, record=record)
         plan = self._plan(experiment, parameters, tuple(experiment.record))
         if folder is not None:
@@ -189,19 +193,22 @@ class Prepared:
             with claimed(folder):
                 if folder is not None:
                     if not overwrite:
-                        refuse_existing(folder)  # of a run that ended while this one began
-                    clear(folder)
-                info = {**plan.info, **runinfo.process()}
+                        story.refuse_existing(folder)  # of a run that ended while this one began
+                    story.replace(folder)
+                info = {**plan.info, **process.describe()}
                 if folder is not None:  # a third of the cost of a short flight that is not kept
                     info["values"] = plan.effective.read(crew, plan.wiring.settings)
-                with _story(folder, info):
+                with story.told(folder, info) as tale:
                     flight = _Flight(plan.course, crew, point, folder, progress, info)
-                    flight.fly()
-                    crews.end(crew, getattr(flight.failure, "component", None))
+                    flight.fly(tale.problem)
+                    refused = crews.end(crew, getattr(flight.failure, "component", None))
                     result, failure = self._result(plan, flight, folder, format)
+                    result.info |= runinfo.calls(crew, refused)
                     result.info["wall_time"] = {"total": time.perf_counter() - began, "loop": flight.wall_time}
-                    if folder is not None:
-                        write_info(folder, result.info)
+                    problem = tale.end(result.info)
+                    if problem is not None and failure is None:
+                        failure = problem
+                        result.info |= runinfo.broken(problem)
         flight.asked.answer()
         if failure is not None:
             if isinstance(failure, SimulationError):
@@ -251,12 +258,14 @@ class Prepared:
     ) -> tuple[Result, Exception | None]:
         """Return the result of a flight that has ended, and what ended it early."""
         failure = flight.failure
+        table = flight.recorder.table()
         if folder is not None:
             try:
                 formats.convert(folder, format)
-            except ResultUnwritable as error:  # the stream stays, and is as good
+            except (ResultUnwritable, ResultUnreadable) as error:  # the stream stays, and is as good
                 failure = failure or error
-        table = flight.recorder.table() if folder is None else Result.read(folder).table
+            with suppress(ResultUnreadable) if failure is not None else nullcontext():  # where no row was written
+                table = Result.read(folder).table
         result = Result(table, flight.info, folder, self._metrics)
         reached = float(result.time[-1]) if len(result) else None
         event = None if flight.interrupted else runinfo.event(self._descriptions, plan.info["stop_when"], reached)
@@ -296,11 +305,13 @@ class _Flight:
         self.asked = Asked()
         self.wall_time = 0.0
 
-    def fly(self) -> None:
-        """Fly to the end; what ends it early stands in `failure` and `interrupted`."""
+    def fly(self, problem: Exception | None = None) -> None:
+        """Fly to the end; what ends it early, or a `problem` at once, stands in `failure` and `interrupted`."""
         schedule = self.course.schedule
         began = time.perf_counter()
         try:
+            if problem is not None:
+                raise problem
             with self.recorder as recorder:
                 watch = Watch(self.course.layout, schedule, recorder.block)
                 algorithm, self.flown = self.course.algorithm(self.crew, watch)
@@ -332,21 +343,6 @@ class _Flight:
             self.recorder.flush()
             write_info(self.folder, {**self.info, "status": "interrupted", "rows": self.recorder.rows})
             release(self.folder)
-
-
-@contextmanager
-def _story(folder: Path | None, info: Mapping[str, Any]) -> Generator[None]:
-    """Have run.json say "running" within, and why it ended if an exception leaves."""
-    if folder is None:
-        yield
-        return
-    write_info(folder, {**info, "status": "running"})
-    try:
-        yield
-    except BaseException as error:
-        with suppress(ResultUnwritable):
-            write_info(folder, {**info, **runinfo.broken(error)})
-        raise
 
 
 def _tell(flown: Flown) -> None:

@@ -30,7 +30,7 @@ else:
         fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
 
 
-LOCK, TURN = ".lock", ".turn"
+LOCK, TURN, TEMPORARY = ".lock", ".turn", "adcs-cosim-"
 _turn = threading.RLock()  # one thread at a time makes, sweeps or finds a folder
 _usable: set[Path] = set()
 _own: dict[tuple[int, Path | None], Path] = {}
@@ -84,6 +84,16 @@ def extracted() -> Path:
         if folder is None or not folder.is_dir():
             folder = _own[os.getpid(), place] = _of_this_process(made(place / "extracted"))
     return folder
+
+
+def workshop(beside: Path | None = None) -> Path:
+    """Return where a temporary folder belongs: this process's own, which the next one sweeps if this one is killed.
+
+    `beside`: a folder, made here, that what is made goes to by a change of its name; outside the cache it is that one.
+    """
+    if beside is not None and not made(beside).absolute().is_relative_to(cache()):
+        return beside
+    return extracted()
 
 
 def made(folder: Path) -> Path:
@@ -147,7 +157,10 @@ def _instead(folder: str, problem: str) -> Path:
     """Return a temporary folder for this process, the same at each call."""
     found = _own.get((os.getpid(), None))
     if found is None:
-        found = _own[os.getpid(), None] = Path(tempfile.mkdtemp(prefix="adcs-cosim-"))
+        _sweep_temporary()
+        found = _own[os.getpid(), None] = Path(tempfile.mkdtemp(prefix=TEMPORARY))
+        _held[found] = open(found.with_suffix(LOCK), "ab")
+        _hold(_held[found], wait=False)
         atexit.register(_remove, os.getpid(), found)
         logging.getLogger(__name__).warning(
             "%s cannot be written (%s): FMUs are built in %s, which goes at the end of this process. "
@@ -198,9 +211,17 @@ def _of_this_process(parent: Path) -> Path:
     return folder
 
 
-def _sweep(parent: Path) -> None:
+def _sweep_temporary() -> None:
+    """Remove what processes of this user that were killed have left in the system's temporary folder."""
+    try:
+        _sweep(Path(tempfile.gettempdir()), TEMPORARY)
+    except OSError:  # a lock of another user's, or one that another process has just removed
+        return
+
+
+def _sweep(parent: Path, prefix: str = "") -> None:
     """Remove the folders whose lock nobody holds any more."""
-    for lock in parent.glob(f"*{LOCK}"):
+    for lock in parent.glob(f"{prefix}*{LOCK}"):
         with open(lock, "ab") as file:
             dead = _hold(file, wait=False)
         if dead:

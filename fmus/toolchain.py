@@ -94,7 +94,7 @@ def compile_library(
         raise BuildError(f"unknown platform {platform!r}. Platforms: {HOST}, {', '.join(SUFFIXES)}.")
     system = host_platform() if platform == HOST else platform
     output.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=output.parent, prefix=".compile-") as place:
+    with tempfile.TemporaryDirectory(dir=places.workshop(output.parent), prefix=".compile-") as place:
         parts: list[Path] = []
         for i, command in enumerate(_commands(platform)):
             part = Path(place) / str(i) / output.name  # a name inside the library must not tell where it was made
@@ -151,7 +151,7 @@ def _failure(arguments: list[str], folder: Path, output: Path) -> CompileFailed 
 
 def _works(command: list[str]) -> bool:
     """Whether a compiler makes a library of a source in which nothing can be wrong."""
-    with tempfile.TemporaryDirectory() as place:
+    with tempfile.TemporaryDirectory(dir=places.workshop()) as place:
         source, output = Path(place) / "trial.c", Path(place) / "trial.so"
         source.write_text("int trial(void);\nint trial(void) { return 0; }\n")
         return _failure([*command, *FLAGS, source.name, "-o", str(output)], source.parent, output) is None

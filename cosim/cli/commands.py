@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from cosim.cli import console
-from cosim.errors import SimulationError
+from cosim.errors import ResultUnwritable, SimulationError
 from cosim.results.names import FORMATS
 from fmus.errors import BuildError
 from fmus.toolchain import SUFFIXES as PLATFORMS
@@ -110,20 +110,28 @@ def build(
 def show_(
     name: Annotated[
         str,
-        typer.Argument(metavar="NAME", help="SYSTEM, FILE.py[:function], FILE.fmu, or a component to be built."),
+        typer.Argument(
+            metavar="NAME", help="SYSTEM, FILE.py[:function], FILE.fmu, a component to be built, or a result folder."
+        ),
     ],
     backend: Backend = "native",
     master: Master = None,
 ) -> None:
-    """Show how a system is wired and evaluated, or the description of one FMU."""
-    from cosim.cli import overrides, scenario, show
+    """Show how a system is wired and evaluated, the description of one FMU, or what a run has left in a folder.
+
+    A folder that has the name of a system is meant by ./NAME.
+    """
+    from cosim.cli import flown, overrides, scenario, show
     from cosim.cli.library import Library
+    from cosim.studies import papers
     from fmus.export import build as building
 
     with _reported():
         locate = Library(backend, console.note)
         if name.endswith(".fmu") or building.is_component(name):
             show.write_fmu(locate(name))
+        elif flown.is_result(Path(name)) and name not in papers.describe():
+            flown.write_result(Path(name))
         else:
             system, experiment = scenario.load(name)
             experiment = overrides.with_experiment(experiment, master=master)
@@ -223,7 +231,10 @@ def run(
         changed = (set_, params, step, every, master, extrapolation, tolerance)
         if system.hold_unconnected:
             console.write_held(result, system.held)
-        _tell(name, result, plot, as_published=not any(option not in (None, []) for option in changed))
+        try:
+            _tell(name, result, plot, as_published=not any(option not in (None, []) for option in changed))
+        except ResultUnwritable as error:  # the run was flown; what ended it is the first to be told
+            failure, error.result = failure or error, result
         if failure is not None:
             raise failure
         if result.info["status"] != "finished":

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.box import Box
 from rich.console import Console
@@ -13,7 +13,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from cosim.errors import near
+from cosim.errors import near, quoted
 from fmus.description.names import split_element
 
 if TYPE_CHECKING:  # a message must not wait for what flies and draws
@@ -88,8 +88,7 @@ def write_summary(result: "Result") -> None:
     end = f"{result.time[-1]:g} s simulated" if len(result) else "nothing simulated"
     _out.print(f"{info['status']}: {end}, {wall['loop']:.2f} s in the loop, {len(result)} rows recorded", markup=False)
     if info.get("event"):
-        happened = info["event"]
-        write(f"ended by {happened['variable']} at {happened['time']:g} s: {happened['meaning']}")
+        write(event(info["event"]))
     if info["last_step"] < info["communication_step_size"]:
         span = info["stop_time"] - info["start_time"]
         write(f"the last step is {info['last_step']:g} s: {span:g} s are no multiple of the step")
@@ -97,17 +96,38 @@ def write_summary(result: "Result") -> None:
         write(
             "only the time was recorded: no FMU has an input or output; name other variables in Experiment(record=...)"
         )
-    for name, texts in info.get("messages", {}).items() if info["status"] != "failed" else ():
-        (first, count), *others = texts.items()
-        times = f" ({count} times)" if count > 1 else ""
-        more = f"; {len(others)} more in run.json" if others else ""
-        write(f"{name} says: {first}{times}{more}")
+    for line in (*(said(info) if info["status"] != "failed" else ()), *returned(info)):
+        write(line)
     if outside := out_of_domain(result):
         write(f"the controller was {outside}")
     if missing := not_measured(result):
         write(f"not measured: {missing}")
     metrics: Mapping[str, object] = info.get("metrics") or {}
     write_table((), [(name, _figures(value)) for name, value in metrics.items()])
+
+
+def event(happened: Mapping[str, Any]) -> str:
+    """Return the event that ended a run in words."""
+    return f"ended by {happened['variable']} at {happened['time']:g} s: {happened['meaning']}"
+
+
+def said(info: Mapping[str, Any]) -> Generator[str]:
+    """Yield the first message of each FMU of a run, with how often it came."""
+    for name, texts in info.get("messages", {}).items():
+        (first, count), *others = texts.items()
+        times = f" ({count} times)" if count > 1 else ""
+        more = f"; {len(others)} more in run.json" if others else ""
+        yield f"{name} says: {first}{times}{more}"
+
+
+def returned(info: Mapping[str, Any]) -> Generator[str]:
+    """Yield which calls returned fmi2Warning, how often and when first, and which FMUs did not terminate well."""
+    for name, functions in info.get("fmi2Warning", {}).items():
+        for function, warned in functions.items():
+            times = f"{warned['count']} times, first" if warned["count"] > 1 else "once,"
+            yield f"{name}: {function} returned fmi2Warning {times} at communication point {warned['first']} s"
+    for name, end in info.get("fmi2Terminate", {}).items():
+        yield f"{name}: fmi2Terminate returned {end['status']}, after the last row{quoted(end['messages'])}"
 
 
 def write_held(result: "Result", named: Mapping[str, object]) -> None:

@@ -2,6 +2,7 @@
 
 import importlib.util
 import inspect
+import os
 import re
 import sys
 import traceback
@@ -39,7 +40,7 @@ def load(reference: str) -> Scenario:
     if not function and not reference.endswith(".py"):
         return papers.scenario(reference)
     path = Path(f"{name}.py" if function else name)
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise ScenarioError(f"there is no file {path}.")
     found = _functions(_module(path))
     if not function:

@@ -12,6 +12,7 @@ from cosim.masters.layout import Group, Reading
 from cosim.masters.master import Outcome
 from cosim.masters.point import Point
 from cosim.masters.turns import AFTER_STEP, AT_POINT, CENTRED, MIDPOINT, RAMP, STEP_MEAN, Turn, Turns
+from cosim.slaves import breadcrumb
 from cosim.slaves.slave import Slave
 
 
@@ -53,6 +54,7 @@ class Stepping:
             if self.turns.all[place].end(k, self.schedule) == k + 1:
                 self._refresh(self.turns.all[place], self.slaves[place], reading, values, point, k)
         self.layout.show_inputs(values)
+        breadcrumb.here().time = self.schedule.time(k + 1)
         return replace(point, index=k + 1, values=values)
 
     def _take(self, point: Point, turn: Turn, slave: Slave, k: int) -> None:

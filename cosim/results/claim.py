@@ -38,10 +38,10 @@ def claimed(folder: Path | None) -> Generator[None]:
     make_folder(folder)
     path = folder / LOCK
     with _locked(path) as file:
-        file.seek(0)
-        file.truncate()
-        file.write(f"process {os.getpid()} on {platform.node()}, since {datetime.now(UTC):%Y-%m-%d %H:%M:%S} UTC\n")
-        file.flush()
+        words = f"process {os.getpid()} on {platform.node()}, since {datetime.now(UTC):%Y-%m-%d %H:%M:%S} UTC\n"
+        with suppress(OSError):  # a full disk: it is locked all the same
+            os.truncate(file.fileno(), 0)
+            os.write(file.fileno(), words.encode())
         try:
             yield
         finally:
@@ -60,7 +60,7 @@ def _locked(path: Path) -> IO[str]:
         try:
             file = path.open("a+", encoding="utf-8")
         except OSError as error:
-            raise ResultUnwritable(path.parent, error.strerror or str(error)) from error
+            raise ResultUnwritable(path, error.strerror or str(error)) from error
         try:
             _lock(file)
         except (BlockingIOError, PermissionError) as error:

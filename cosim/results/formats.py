@@ -1,6 +1,7 @@
 """The file formats of a result: parquet, csv, mat, and the stream that a run leaves if it is killed."""
 
 import csv
+import os
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
@@ -72,7 +73,7 @@ def read(folder: Path, types: Types) -> pa.Table:
     `types`: those of columns that are not Real, by name, for formats that have no types.
     """
     for name, reader in _READERS.items():
-        if (folder / name).is_file():
+        if os.path.isfile(folder / name):
             try:
                 return reader(folder / name, types)
             except ResultUnreadable:

@@ -7,3 +7,6 @@ STREAM = "result.arrows"
 INFO = "run.json"
 FILES = (*(f"result.{kind}" for kind in FORMATS), STREAM, INFO)
 """What a result folder can hold."""
+
+PARTS = tuple(f".{name}" for name in FILES)
+"""The same while they are written, and after the process that wrote them has died."""

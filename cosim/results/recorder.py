@@ -1,7 +1,10 @@
 """Rows while a run goes on: to disk as an Arrow stream, which stays readable whatever ends the process, or kept."""
 
+import os
+import shutil
 import time
 from collections.abc import Callable
+from io import FileIO
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -38,12 +41,16 @@ class Recorder:
         self.rows = 0
         self._columns, self._texts = columns, texts
         self._schema = schema(columns)
-        self._stream = None if folder is None else _Stream(folder / STREAM, self._schema)
+        self._folder = folder
+        self._stream: _Stream | None = None
         self._kept: list[pa.RecordBatch] = []
         self._flushed = time.perf_counter()
         self._cut = False
 
     def __enter__(self) -> "Recorder":
+        """Open the stream; raises `ResultUnwritable`."""
+        if self._folder is not None:
+            self._stream = _Stream(self._folder / STREAM, self._schema)
         return self
 
     def __exit__(
@@ -58,8 +65,9 @@ class Recorder:
                 self._stream.close(whole=not self._cut)
 
     def look(self) -> None:
-        """Write the block if it is full or `FLUSH` has passed."""
-        if self.block.full or time.perf_counter() - self._flushed > FLUSH:
+        """Write the block if it is full, `FLUSH` has passed, or the file has no row yet."""
+        first = self._stream is not None and not self.rows
+        if self.block.full or first or time.perf_counter() - self._flushed > FLUSH:
             self.flush()
 
     def flush(self) -> None:
@@ -77,6 +85,8 @@ class Recorder:
                     raise
             self.block.count = 0
             self.rows += count
+            if self._stream is not None:
+                self._stream.check()
         self._flushed = time.perf_counter()
 
     def table(self) -> pa.Table:
@@ -103,23 +113,48 @@ class Recorder:
 
 
 class _Stream:
+    """An Arrow stream in a file; every call may raise `ResultUnwritable`."""
+
     def __init__(self, path: Path, schema: pa.Schema) -> None:
         self.path = path
-        self._file = path.open("wb", buffering=0)
-        self._writer: Any = pa.ipc.new_stream(self._file, schema)
+        self._file: FileIO = self._try(path.open, "w+b", buffering=0)
+        self._missed = False
+        self._writer: Any = self._try(pa.ipc.new_stream, self._file, schema)
 
     def write(self, batch: pa.RecordBatch) -> None:
+        """Add rows."""
         self._try(self._writer.write_batch, batch)
 
+    def check(self) -> None:
+        """Refuse to go on, once, where somebody has removed the file."""
+        if not self._missed and not self._is_there():
+            self._missed = True
+            raise ResultUnwritable(self.path, "it was removed while the run went on")
+
     def close(self, *, whole: bool) -> None:
+        """Write the end if it is `whole`; a file that was removed is put back."""
         try:
             if whole:
                 self._try(self._writer.close)
         finally:
+            if not self._is_there():
+                self._try(self._put_back)
             self._file.close()
 
-    def _try(self, call: Callable[..., None], *arguments: Any) -> None:
+    def _is_there(self) -> bool:
         try:
-            call(*arguments)
+            return os.path.samestat(os.fstat(self._file.fileno()), self.path.stat())
+        except OSError:
+            return False
+
+    def _put_back(self) -> None:
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        self._file.seek(0)
+        with self.path.open("xb") as file:
+            shutil.copyfileobj(self._file, file)
+
+    def _try(self, call: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
+        try:
+            return call(*arguments, **more)
         except OSError as error:
             raise ResultUnwritable(self.path, error.strerror or str(error)) from error

@@ -10,11 +10,11 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from cosim.errors import ResultUnreadable, UnknownName
+from cosim.errors import UnknownName
 from cosim.results import formats
 from cosim.results.folder import finite
-from cosim.results.names import INFO
 from cosim.results.schema import TYPES, items_of, to_numpy, unit_of
+from cosim.results.story import read_info
 from fmus.description.names import Group, canonical, group
 
 if TYPE_CHECKING:
@@ -48,14 +48,12 @@ class Result:
 
     @classmethod
     def read(cls, folder: Path | str) -> "Result":
-        """Read parquet, csv, mat, or the stream of a run that was killed; raises `ResultUnreadable`."""
+        """Read parquet, csv, mat, or the stream of a run that was killed; raises `ResultUnreadable`.
+
+        The status is "running" only where the process may still live; one that has died is "died".
+        """
         folder = Path(folder)
-        info: dict[str, Any] = {}
-        if (folder / INFO).is_file():
-            try:
-                info = json.loads((folder / INFO).read_text(encoding="utf-8"))
-            except ValueError as error:
-                raise ResultUnreadable(folder / INFO, f"it is no JSON: {error}") from error
+        info = read_info(folder)
         types = {name: TYPES[kind] for name, kind in info.get("types", {}).items()}
         table = formats.read(folder, types)
         units, items = {"time": "s"} | info.get("units", {}), info.get("items", {})

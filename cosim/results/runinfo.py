@@ -1,17 +1,16 @@
 """What run.json says of a run: enough to repeat it, and how it ended."""
 
 import dataclasses
-import os
 import platform
 import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from cosim.errors import CallFailed
 from cosim.masters.master import Course
 from cosim.slaves.slave import Slave
 from cosim.system import Experiment, System
@@ -67,15 +66,20 @@ def setup(
     }
 
 
-def process() -> dict[str, Any]:
-    """Return which process runs, where, and since when (UTC)."""
-    started = f"{datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ}"
-    return {"process": os.getpid(), "host": platform.node(), "started": started}
-
-
 def messages(slaves: Mapping[str, Slave]) -> dict[str, dict[str, int]]:
     """Return what FMUs have logged, by instance: each text once, with how often it came."""
     return {name: dict(Counter(slave.messages)) for name, slave in slaves.items() if slave.messages}
+
+
+def calls(slaves: Mapping[str, Slave], refused: Mapping[str, CallFailed]) -> dict[str, Any]:
+    """Return which calls returned fmi2Warning, by instance and function, and which instances `refused` to terminate."""
+    warned = {
+        name: {function: {"count": n, "first": _plain(first)} for function, (n, first) in slave.warned.items()}
+        for name, slave in slaves.items()
+        if slave.warned
+    }
+    told = {name: {"status": error.status, "messages": list(error.messages)} for name, error in refused.items()}
+    return {"fmi2Warning": warned, "fmi2Terminate": told}
 
 
 def ending(

@@ -3,7 +3,6 @@
 import threading
 import weakref
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 
 from cosim.errors import CallFailed
 from cosim.slaves.slave import Slave
@@ -43,12 +42,18 @@ class Crews:
             _free_all(self._idle)
 
 
-def end(crew: Crew, failed: str | None) -> None:
-    """Terminate all slaves but the one that `failed`, as FMI wants it."""
+def end(crew: Crew, failed: str | None) -> dict[str, CallFailed]:
+    """Terminate all slaves but the one that `failed`, as FMI wants it; return those that would not, and how."""
+    refused: dict[str, CallFailed] = {}
     for name, slave in crew.items():
         if name != failed:
-            with suppress(CallFailed):
+            said = len(slave.messages)
+            try:
                 slave.terminate()
+            except CallFailed as error:
+                error.messages = error.messages[said:]  # what was said before is told elsewhere
+                refused[name] = error
+    return refused
 
 
 def _free_all(crews: list[tuple[Crew, bool]]) -> None:

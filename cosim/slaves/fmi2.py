@@ -15,14 +15,13 @@ from fmpy.fmi1 import FMICallException
 
 from cosim.arrays import FloatArray
 from cosim.errors import CallFailed, FmuError, status_name
+from cosim.slaves import breadcrumb
 from cosim.slaves.shelf import SHELF
-from cosim.slaves.slave import CInterface, References, Refusal
+from cosim.slaves.slave import CInterface, References, Refusal, Warned, note_warnings
 from fmus.description.description import ModelDescription
 
 LOG_LINES = 200
 """How many of its last log messages a slave keeps."""
-
-_SUCCESS = (fmi2.fmi2OK, fmi2.fmi2Warning)
 
 
 class FMU2Unmoved(fmi2.FMU2Slave):
@@ -39,12 +38,14 @@ class FMU2Unmoved(fmi2.FMU2Slave):
         self.fmiCallLogger, self.requireFunctions = None, True
         self._functions: dict[str, Any] = {}
         beside: Any = getattr(os, "add_dll_directory", lambda _folder: nullcontext())  # where a DLL finds its like
-        with beside(str(binaries)):
+        self._name = name.encode()
+        with beside(str(binaries)), breadcrumb.inside(self._name, b"dlopen"):
             self.dll = ctypes.CDLL(str(library))
         self._loadFunctions()
         self.addresses = {name: _address(function) for name, function in self._functions.items()}
         self.component: Any = None
         self.callbacks: Any = None
+        self.warned: Warned = {}
 
     def instantiate(self, visible: bool = False, callbacks: Any = None, loggingOn: bool = False) -> None:
         """fmi2Instantiate, with the address of the resources as this FMU reads it."""
@@ -69,14 +70,17 @@ class FMU2Unmoved(fmi2.FMU2Slave):
 
     def _call(self, fname: str, *args: Any) -> Any:
         function = self._functions[fname]
-        result = function(*args)
-        if function.restype is ctypes.c_int and result not in _SUCCESS:
-            raise FMICallException(function=fname, status=result)
+        with breadcrumb.inside(self._name, fname.encode()):
+            result = function(*args)
+        if function.restype is ctypes.c_int and result != fmi2.fmi2OK:
+            if result != fmi2.fmi2Warning:
+                raise FMICallException(function=fname, status=result)
+            note_warnings(self.warned, fname, 1, breadcrumb.here().time)
         return result
 
 
 class FmuSlave:
-    """An instance of an FMU file. `messages` are its last log messages, oldest first.
+    """An instance of an FMU file. `messages` are its last log messages, oldest first; `warned` see `Slave`.
 
     Raises `FmuError` if the file cannot be used on this machine, later `CallFailed` for every status above warning.
     """
@@ -91,6 +95,7 @@ class FmuSlave:
             self._fmu = FMU2Unmoved(self.description, folder, name)
         except Exception as error:  # whatever a file that is no library, or lacks functions, leads to
             raise FmuError(path, f"its binary cannot be loaded: {error}") from error
+        self.warned = self._fmu.warned
         self._key = SHELF.listen(self)
         self._alive = False
         self._buffers: dict[References, tuple[Any, FloatArray, Any]] = {}
@@ -200,6 +205,7 @@ class FmuSlave:
     def reset(self) -> bool:
         """fmi2Reset; False where there is no instance, or it cannot be reset: `free` it, and make a new one."""
         self.messages.clear()
+        self.warned.clear()
         if not self._alive:
             return False
         try:

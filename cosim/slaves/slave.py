@@ -9,6 +9,15 @@ from fmus.description.description import ModelDescription
 
 References = tuple[int, ...]
 
+Warned = dict[str, tuple[int, float]]
+"""FMI function -> how often it has returned fmi2Warning, and at which communication point first, s."""
+
+
+def note_warnings(warned: Warned, function: str, count: int, time: float) -> None:
+    """Count calls that returned fmi2Warning, the first of them at `time` s."""
+    before, first = warned.get(function, (0, time))
+    warned[function] = before + count, first
+
 
 @dataclass(frozen=True)
 class CInterface:
@@ -45,6 +54,11 @@ class Slave(Protocol):
     @property
     def messages(self) -> Sequence[str]:
         """The last log messages, oldest first."""
+        ...
+
+    @property
+    def warned(self) -> Warned:
+        """Which calls have returned fmi2Warning since the instance was new; a caller in C notes its own."""
         ...
 
     def instantiate(self) -> None:

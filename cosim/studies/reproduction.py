@@ -12,8 +12,9 @@ from typing import Any
 
 from cosim.errors import SimulationError
 from cosim.flights import Locate, Progress, simulate
-from cosim.results.folder import make_folder, refuse_existing
+from cosim.results.folder import make_folder, write_text
 from cosim.results.result import Result
+from cosim.results.story import refuse_existing
 from cosim.studies import markdown, metrics, papers, plots
 from cosim.studies.papers.claims import Verdict, judge
 
@@ -134,11 +135,10 @@ def _written(
         markdown.write_table(("experiment", *COLUMNS, "ended"), map(list, metrics_rows(results))),
         *(_gallery(name, [path.relative_to(folder) for path in paths]) for name, paths in drawn.items()),
     ]
-    folder.mkdir(parents=True, exist_ok=True)
-    report.write_text("\n".join(parts), encoding="utf-8")
-    claims.write_text(json.dumps([asdict(v) for v in verdicts], indent=2) + "\n", encoding="utf-8")
+    write_text(report, "\n".join(parts))
+    write_text(claims, json.dumps([asdict(v) for v in verdicts], indent=2) + "\n")
     known = {name: run.info.get("metrics", {}) for name, run in results.items()}
-    numbers.write_text(json.dumps(known, indent=2) + "\n", encoding="utf-8")
+    write_text(numbers, json.dumps(known, indent=2) + "\n")
     return report, claims, numbers
 
 

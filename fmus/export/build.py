@@ -162,7 +162,7 @@ def _build_and_keep(order: _Order, announce: Callable[[str], None] | None) -> Pa
     component, order = _component(order)
     path = order.path
     _announce(order, announce)
-    with tempfile.TemporaryDirectory(dir=places.made(path.parent), prefix=".build-") as place:  # nobody else's
+    with tempfile.TemporaryDirectory(dir=places.workshop(path.parent), prefix=".build-") as place:  # nobody else's
         made = build(component, Path(place) / path.name, order.backend, order.platforms)
         note = Path(place) / "note"
         note.write_bytes(_note(keys[order.backend], _digest(made), component.python_only))

@@ -73,6 +73,7 @@ class Fake:
     def __init__(self, name: str, description: ModelDescription, **values: float):
         self.name, self.description = name, description
         self.messages: list[str] = []
+        self.warned: dict[str, tuple[int, float]] = {}
         self.values = {v.name: v.start if v.start is not None else 0.0 for v in description.variables.values()} | values
         self.slopes: dict[str, float] = {}
         self.calls: list[tuple] = []

@@ -103,7 +103,7 @@ def test_an_exception_at_the_start_writes_nothing(adcs, folder):
 class TestDisk:
     @pytest.fixture
     def full(self, monkeypatch):
-        """A disk that takes five batches, the first a few rows long, and then nothing."""
+        """A disk that takes five batches, the first of one row, and then nothing."""
 
         class Writer:
             def __init__(self, *arguments):
@@ -128,7 +128,7 @@ class TestDisk:
         assert text in done.err
         result = Result.read("out")
         assert (result.info["status"], result.info["error"]) == ("failed", "ResultUnwritable")
-        assert len(result) == result.info["rows"] == 50
+        assert len(result) == result.info["rows"] == 41
         assert result.info["reached_time"] == result.time[-1]
 
     def test_that_has_no_room_for_the_other_format(self, adcs, folder, monkeypatch):
@@ -241,7 +241,7 @@ class TestProcesses:
         process.communicate()
         assert age < 1.5
         result = Result.read(folder / "out")
-        assert (process.returncode, result.info["status"]) == (-signal.SIGKILL, "running")
+        assert (process.returncode, result.info["status"]) == (-signal.SIGKILL, "died")
         assert len(result) > 100
         assert_allclose(np.diff(result.time), 0.01, atol=1e-9)
         assert json.loads((folder / "out" / "run.json").read_text())["system"] == "zhang2018-ppatc"

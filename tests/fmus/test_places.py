@@ -208,6 +208,31 @@ print(ours.is_dir())
     assert [p.name for p in (tmp_path / "extracted").iterdir()] == [places.TURN]
 
 
+def test_a_killed_process_leaves_neither_a_half_build_nor_a_temporary_cache(tmp_path):
+    """What is half made lies in the folder of the process; one in place of the cache has a lock too."""
+    half = """
+import os, tempfile
+kept = places.made(places.cache() / "native")
+print(tempfile.mkdtemp(dir=places.workshop(kept)), places.workshop(kept.parents[1]) == kept.parents[1], flush=True)
+os._exit(0)
+"""
+    left, elsewhere = in_a_process(half, tmp_path / "cache").split()
+    assert Path(left).is_dir() and elsewhere == "True"
+    in_a_process("places.extracted()", tmp_path / "cache")
+    assert not Path(left).exists()
+    (tmp_path / "tmp").mkdir()
+    code = "from fmus import places; import os; print(places.cache(), flush=True); os._exit(0)"
+    environment = {k: v for k, v in os.environ.items() if k not in ("ADCS_BUILD", "XDG_CACHE_HOME")}
+    environment |= {"HOME": "", "TMPDIR": str(tmp_path / "tmp")}
+    command = [sys.executable, "-c", code]
+    first, second = (
+        Path(subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.strip())
+        for _ in range(2)
+    )
+    assert first != second and first.parent == second.parent == tmp_path / "tmp"
+    assert not first.exists() and second.exists()
+
+
 def test_what_dead_processes_left_is_swept_and_the_living_keep_theirs(tmp_path):
     code = "import os; print(places.extracted(), flush=True); (places.extracted() / 'file').touch(); os._exit(0)"
     dead = Path(in_a_process(code, tmp_path))

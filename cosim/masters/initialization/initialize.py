@@ -16,6 +16,7 @@ from cosim.masters.initialization.algebraic_loop import Loop, same_bits
 from cosim.masters.initialization.values import Values
 from cosim.masters.layout import ComponentLayout, Layout, Reading
 from cosim.masters.point import Point
+from cosim.slaves import breadcrumb
 from cosim.slaves.slave import Slave
 from cosim.system import graph
 from cosim.system.wiring import Port, Wiring
@@ -63,6 +64,7 @@ class Initialization:
         `tolerance`: relative, None: each FMU's own of its DefaultExperiment. `stop`: a stop time to announce, s. Raises
         `InitializationFailed` (an FMU refused, an output is not finite), `AlgebraicLoop`, `ValueRefused`.
         """
+        breadcrumb.here().time = t
         point = Point.start(self.layout)
         values = Values(self.layout, slaves, point, t)
         try:

@@ -6,65 +6,25 @@
  * the block of rows is full, when time is up, when it is told to stop, where the flag is up, or at the first call that
  * does not succeed. Build with -ffp-contract=off. */
 #if !defined(_WIN32)
-#define _POSIX_C_SOURCE 199309L /* clock_gettime */
+#define _XOPEN_SOURCE 700 /* clock_gettime, sigaltstack */
 #endif
 #include <math.h>
 #include <string.h>
 
 #if defined(_WIN32)
 #define EXPORT __declspec(dllexport)
-#define WIN32_LEAN_AND_MEAN
-#include <windows.h>
 #else
 #define EXPORT __attribute__((visibility("default")))
-#include <time.h>
 #endif
 
 #include "structures.h"
 #include "texts.h"
+#include "points.h"
+#include "crash.h"
 
 static const double FLAG = 0.5;   /* columns.FLAG */
 static const double QUICK = 1e-4; /* s: of steps that take less the clock is read after twice as many, ... */
 enum { BETWEEN_LOOKS = 16 };      /* ... up to so many */
-
-/* ---- time ------------------------------------------------------------------------------------------------------- */
-
-static double now(void)
-{
-#if defined(_WIN32)
-    LARGE_INTEGER count, frequency;
-    QueryPerformanceCounter(&count);
-    QueryPerformanceFrequency(&frequency);
-    return (double)count.QuadPart / (double)frequency.QuadPart;
-#else
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-#endif
-}
-
-/* Communication point k in units of 1/denominator s, and in s, rounded once. */
-static integer point_count(const Run *r, integer k)
-{
-    integer at = r->start + k * r->step;
-    return at < r->stop ? at : r->stop;
-}
-
-static double point_time(const Run *r, integer k) { return (double)point_count(r, k) / (double)r->denominator; }
-
-static integer period_start(const Component *c, integer k) { return c->period == 1 ? k : k - k % c->period; }
-
-static integer period_end(const Run *r, const Component *c, integer k)
-{
-    integer start = period_start(c, k);
-    return c->period < r->steps - start ? start + c->period : r->steps;
-}
-
-static int is_due(const Run *r, const Component *c, integer k)
-{
-    if (c->period == 1) return 1;
-    return c->at_end ? k + 1 == period_end(r, c, k) : k == period_start(c, k);
-}
 
 /* ---- calls ------------------------------------------------------------------------------------------------------ */
 
@@ -78,7 +38,24 @@ static int failed(Run *r, integer component, int call, int status, integer slot,
     return 1;
 }
 
-static int is_success(int status) { return status == OK || status == WARNING; }
+/* Note the call that is made next, for whoever looks after a crash in it. */
+static void calling(Run *r, integer component, integer call, integer kind)
+{
+    r->calling = CALLING(component, call, kind);
+}
+
+static int returned_not_ok(Run *r, int status)
+{
+    const Component *c = &r->component[CALLING_COMPONENT(r->calling)];
+    const integer call = CALLING_CALL(r->calling), kind = CALLING_KIND(r->calling);
+    Warned *warned = &c->warned[call * KINDS + kind];
+    if (status != WARNING) return failed(r, CALLING_COMPONENT(r->calling), (int)call, status, 0, kind);
+    if (!warned->count++) warned->first = r->done;
+    return 0;
+}
+
+/* Whether the call that was made ends the run. */
+static int returned(Run *r, int status) { return status == OK ? 0 : returned_not_ok(r, status); }
 
 /* Set the inputs of a component to c->value, at the start of its step or `at_end`. */
 static int set_values(Run *r, integer place, int at_end)
@@ -87,8 +64,8 @@ static int set_values(Run *r, integer place, int at_end)
     const double *value = c->value;
     integer g, i;
     if (c->only_real) {
-        const int status = c->set_real(c->instance, c->input_group->references, (size_t)c->inputs, value);
-        return is_success(status) ? 0 : failed(r, place, CALL_SET, status, 0, REAL);
+        calling(r, place, CALL_SET, REAL);
+        return returned(r, c->set_real(c->instance, c->input_group->references, (size_t)c->inputs, value));
     }
     for (i = 0; i < c->restricted; i++) {
         const Allowed *a = &c->allowed[i];
@@ -101,6 +78,7 @@ static int set_values(Run *r, integer place, int at_end)
         const unsigned *references = group->references;
         const size_t n = (size_t)group->count;
         int status;
+        calling(r, place, CALL_SET, group->kind);
         if (group->kind == REAL) {
             status = c->set_real(c->instance, references, n, value);
         } else if (group->kind == STRING) {
@@ -110,7 +88,7 @@ static int set_values(Run *r, integer place, int at_end)
             for (i = 0; i < group->count; i++) group->number[i] = (int)value[i];
             status = (group->kind == INTEGER ? c->set_integer : c->set_boolean)(c->instance, references, n, group->number);
         }
-        if (!is_success(status)) return failed(r, place, CALL_SET, status, 0, group->kind);
+        if (returned(r, status)) return 1;
         value += n;
     }
     return 0;
@@ -122,23 +100,23 @@ static int get_values(Run *r, integer place, const Group *group)
     const Component *c = &r->component[place];
     const size_t n = (size_t)group->count;
     double *value = group->first >= 0 ? r->newest + group->first : group->value;
-    int status;
     integer i;
+    calling(r, place, CALL_GET, group->kind);
     if (group->kind == REAL) {
-        status = c->get_real(c->instance, group->references, n, value);
+        if (returned(r, c->get_real(c->instance, group->references, n, value))) return 1;
     } else if (group->kind == STRING) {
-        status = c->get_string(c->instance, group->references, n, group->text);
-        for (i = 0; is_success(status) && i < group->count; i++) {
+        if (returned(r, c->get_string(c->instance, group->references, n, group->text))) return 1;
+        for (i = 0; i < group->count; i++) {
             const integer number = kernel_text_number(r->texts, group->text[i]);
             if (number < 0) return failed(r, place, CALL_MEMORY, OK, 0, STRING);
             value[i] = (double)number;
         }
     } else {
-        status = (group->kind == INTEGER ? c->get_integer : c->get_boolean)(c->instance, group->references, n, group->number);
-        for (i = 0; is_success(status) && i < group->count; i++)
+        const GetInteger get = group->kind == INTEGER ? c->get_integer : c->get_boolean;
+        if (returned(r, get(c->instance, group->references, n, group->number))) return 1;
+        for (i = 0; i < group->count; i++)
             value[i] = group->kind == INTEGER ? (double)group->number[i] : (double)(group->number[i] != 0);
     }
-    if (!is_success(status)) return failed(r, place, CALL_GET, status, 0, group->kind);
     if (group->first < 0)
         for (i = 0; i < group->count; i++) r->newest[group->slots[i]] = value[i];
     return 0;
@@ -199,7 +177,6 @@ static int set_inputs(Run *r, integer place, integer k, double h)
     const Component *c = &r->component[place];
     const integer n = c->inputs;
     integer i;
-    int status;
     if (!n) return 0;
     for (i = 0; i < n && c->in_step; i++) {
         const double a = r->point[c->source[i]], b = r->newest[c->source[i]];
@@ -227,23 +204,22 @@ static int set_inputs(Run *r, integer place, integer k, double h)
         double slope = c->slot[i] < 0 ? (source_at_end(r, c, at, k) - begun_value(r, c, at, k)) / h : r->point[c->slot[i]];
         c->slope[i] = c->factor[at] * slope;
     }
-    status = c->set_derivatives(c->instance, c->derivative_references, (size_t)c->input_derivatives,
-                                c->derivative_orders, c->slope);
-    return is_success(status) ? 0 : failed(r, place, CALL_SET_DERIVATIVES, status, 0, REAL);
+    calling(r, place, CALL_SET_DERIVATIVES, REAL);
+    return returned(r, c->set_derivatives(c->instance, c->derivative_references, (size_t)c->input_derivatives,
+                                          c->derivative_orders, c->slope));
 }
 
 static int set_centred(Run *r, integer place, integer k)
 {
     Component *c = &r->component[place];
     integer i;
-    int status;
     if (!c->centred) return 0;
     for (i = 0; i < c->centred; i++) {
         integer at = c->centred_position[i];
         c->centred_value[i] = c->factor[at] * source_at_end(r, c, at, k) + c->addend[at];
     }
-    status = c->set_real(c->instance, c->centred_references, (size_t)c->centred, c->centred_value);
-    return is_success(status) ? 0 : failed(r, place, CALL_SET, status, 0, REAL);
+    calling(r, place, CALL_SET, REAL);
+    return returned(r, c->set_real(c->instance, c->centred_references, (size_t)c->centred, c->centred_value));
 }
 
 /* ---- a step ----------------------------------------------------------------------------------------------------- */
@@ -253,21 +229,21 @@ static int take_turn(Run *r, integer place, integer k, double t, double h)
 {
     Component *c = &r->component[place];
     integer g;
-    int status;
     if (c->period != 1) {
         t = point_time(r, period_start(c, k));
         h = point_time(r, period_end(r, c, k)) - t;
     }
     if (set_inputs(r, place, k, h)) return 1;
-    status = c->do_step(c->instance, t, h, 1);
-    if (!is_success(status)) return failed(r, place, CALL_STEP, status, 0, REAL);
+    calling(r, place, CALL_STEP, REAL);
+    if (returned(r, c->do_step(c->instance, t, h, 1))) return 1;
     if (set_centred(r, place, k)) return 1;
     for (g = 0; g < c->output_groups; g++)
         if (get_values(r, place, &c->output_group[g])) return 1;
     if (c->output_derivatives) {
-        status = c->get_derivatives(c->instance, c->output_derivative_references, (size_t)c->output_derivatives,
-                                    c->output_derivative_orders, r->newest + c->offset + c->outputs);
-        if (!is_success(status)) return failed(r, place, CALL_GET_DERIVATIVES, status, 0, REAL);
+        double *slope = r->newest + c->offset + c->outputs;
+        calling(r, place, CALL_GET_DERIVATIVES, REAL);
+        if (returned(r, c->get_derivatives(c->instance, c->output_derivative_references, (size_t)c->output_derivatives,
+                                           c->output_derivative_orders, slope))) return 1;
     }
     for (g = 0; g < c->output_groups; g++)
         if (refuse_not_finite(r, place, &c->output_group[g])) return 1;
@@ -373,6 +349,7 @@ EXPORT int kernel_run(Run *r, integer until, double seconds, double *rows, integ
             next_look = r->done + look;
         }
     }
+    r->calling = 0;
     show_inputs(r);
     return 0;
 }

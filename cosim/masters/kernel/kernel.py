@@ -5,6 +5,8 @@ import weakref
 from collections.abc import Mapping, Sequence
 from weakref import WeakKeyDictionary
 
+import numpy as np
+
 from cosim.errors import CallFailed, NotSupported, SimulationError, status_name
 from cosim.masters.calls import refusal
 from cosim.masters.kernel.library import library
@@ -15,7 +17,8 @@ from cosim.masters.stepping import failed_step, not_finite
 from cosim.masters.turns import Turns
 from cosim.masters.types import Kind, Texts
 from cosim.masters.watch import LOOK, Watch
-from cosim.slaves.slave import CInterface, Slave
+from cosim.slaves import breadcrumb
+from cosim.slaves.slave import CInterface, Slave, note_warnings
 
 _kept: "WeakKeyDictionary[Slave, tuple[Turns, list[int], Packed]]" = WeakKeyDictionary()
 """By the first slave of a crew: the turns that it flew last, packed. A crew flies one flight at a time."""
@@ -32,6 +35,10 @@ def _pack(turns: Turns, slaves: Sequence[Slave], instances: Sequence[CInterface]
     if slaves:
         _kept[slaves[0]] = turns, addresses, packed
     return packed
+
+
+def _function(call: int, kind: int) -> str:
+    return CALLS[call].format(kind=Kind(kind).name.title())
 
 
 class Kernel:
@@ -58,12 +65,16 @@ class Kernel:
             raise self._failure
         run, block = self._packed.run, self.watch.block
         self._put(point)
+        here = breadcrumb.here()
+        here.run = ctypes.addressof(run)
         refused = self._library.kernel_run(
             ctypes.byref(run), until, LOOK, block.data.ctypes.data, len(block.data), block.count_address
         )
+        here.run, here.time = None, self.turns.schedule.time(run.done)
         if refused:
             raise NotSupported("the kernel cannot count this run", 'Choose kernel="never".')
         self.watch.last_row = run.last_row
+        self._note_warnings()
         if run.failed_call:
             self._failure = self._told()
             if run.done == point.index:
@@ -90,6 +101,17 @@ class Kernel:
         self._numbered = len(texts)
         return Point(run.done, values.copy(), packed.newest.copy(), packed.begun.copy(), texts)
 
+    def _note_warnings(self) -> None:
+        """Tell the slaves of their calls that returned fmi2Warning."""
+        warned = self._packed.warned
+        if not warned.any():
+            return
+        for turn, call, kind in np.argwhere(warned[..., 0]).tolist():
+            count, first = warned[turn, call, kind].tolist()
+            function = _function(call, kind)
+            note_warnings(self.slaves[turn].warned, function, count, self.turns.schedule.time(first))
+        warned[:] = 0
+
     def _told(self) -> SimulationError:
         """Return what the Python loop would raise for the call that failed."""
         run, schedule = self._packed.run, self.turns.schedule
@@ -103,7 +125,7 @@ class Kernel:
         if run.failed_call == REFUSED:
             given = self._packed.given(run.failed_component, run.failed_slot)
             return refusal(turn.component.inputs, run.failed_slot, given, t + h if run.failed_kind else t)
-        function = CALLS[run.failed_call].format(kind=Kind(run.failed_kind).name.title())
+        function = _function(run.failed_call, run.failed_kind)
         said = slave.failed(run.failed_status)
         status, messages = status_name(run.failed_status), tuple(slave.messages)
         told = said.last_successful_time, said.terminated

@@ -20,7 +20,9 @@ from fmus import places
 from fmus.errors import BuildError
 from fmus.toolchain import compile_library
 
-SOURCES = tuple(Path(__file__).with_name(name) for name in ("kernel.c", "structures.h", "texts.h"))
+SOURCES = tuple(
+    Path(__file__).with_name(name) for name in ("kernel.c", "structures.h", "texts.h", "points.h", "crash.h")
+)
 
 _log = logging.getLogger(__name__)
 _lock = threading.Lock()
@@ -111,6 +113,12 @@ def _declared(found: ctypes.CDLL) -> ctypes.CDLL:
     found.kernel_text.argtypes = [pointer, integer]
     found.kernel_text_count.restype = integer
     found.kernel_text_count.argtypes = [pointer]
+    found.kernel_tell_crashes.restype = None
+    found.kernel_tell_crashes.argtypes = [pointer, integer]
+    found.kernel_take_stack.restype = pointer
+    found.kernel_take_stack.argtypes = []
+    found.kernel_give_stack_back.restype = None
+    found.kernel_give_stack_back.argtypes = [pointer]
     return found
 
 

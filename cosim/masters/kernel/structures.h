@@ -27,6 +27,13 @@ enum { /* structures.CALLS: what failed */
     CALL_REFUSED,
     CALL_MEMORY
 };
+enum { KINDS = 4, CALLS = CALL_GET_DERIVATIVES + 1 };
+/* A call as one number: which component, what, of which kind; 0 is none. */
+#define CALLING(component, call, kind) ((component) << 8 | (call) << 4 | (kind))
+#define CALLING_COMPONENT(calling) ((calling) >> 8)
+#define CALLING_CALL(calling) ((calling) >> 4 & 15)
+#define CALLING_KIND(calling) ((calling) & 15)
+
 /* Variables of one component and kind that are set or read in one call. */
 typedef struct {
     integer kind, count;
@@ -40,6 +47,11 @@ typedef struct {
     const char **text; /* work */
 } Group;
 
+/* How often a call has returned fmi2Warning, and in which communication step first. */
+typedef struct {
+    integer count, first;
+} Warned;
+
 /* The values that an input can take. */
 typedef struct {
     integer position, count;
@@ -47,6 +59,8 @@ typedef struct {
 } Allowed;
 
 typedef struct {
+    const char *name;
+    Warned *warned; /* CALLS x KINDS */
     void *instance;
     SetReal set_real;
     GetReal get_real;
@@ -117,10 +131,20 @@ typedef struct {
     const volatile int *stop_asked; /* not 0: return after the step that is running */
     Texts *texts;
     /* where the run stands */
-    integer done, last_row;
+    integer done, last_row, calling; /* calling: which function of an FMU it is in */
     /* what ended it, if anything did */
     integer failed_call, failed_component, failed_status, failed_slot, failed_kind; /* of a refused input: is it the end? */
 } Run;
+
+/* Where a thread is inside an FMU: in the call of the Python loop, or in the kernel; see slaves/breadcrumb.py. */
+typedef struct {
+    integer thread, process;
+    const char *instance, *function; /* function is NULL outside */
+    const Run *run;                  /* NULL outside */
+    double time;                     /* s, of the communication point; not a number where there is none */
+    integer file, at;                /* run.json, -1: none, and where its status stands in it */
+    const char *rows;                /* the file that keeps the rows */
+} Breadcrumb;
 
 /* ---- what the caller compares with its own structures ------------------------------------------------------------ */
 
@@ -129,7 +153,8 @@ static const integer layout[] = {
     (integer)sizeof(Group), F(Group, kind), F(Group, count), F(Group, references), F(Group, slots),
     F(Group, first), F(Group, finite), F(Group, finite_slot), F(Group, value), F(Group, number), F(Group, text),
     (integer)sizeof(Allowed), F(Allowed, position), F(Allowed, count), F(Allowed, values),
-    (integer)sizeof(Component), F(Component, instance), F(Component, set_real), F(Component, get_real),
+    (integer)sizeof(Warned), F(Warned, count), F(Warned, first),
+    (integer)sizeof(Component), F(Component, name), F(Component, warned), F(Component, instance), F(Component, set_real), F(Component, get_real),
     F(Component, set_integer), F(Component, get_integer), F(Component, set_boolean), F(Component, get_boolean),
     F(Component, set_string), F(Component, get_string), F(Component, set_derivatives),
     F(Component, get_derivatives), F(Component, do_step), F(Component, period), F(Component, at_end), F(Component, in_step),
@@ -146,8 +171,11 @@ static const integer layout[] = {
     F(Run, steps), F(Run, components), F(Run, component), F(Run, refreshes), F(Run, refresh), F(Run, size),
     F(Run, point), F(Run, newest), F(Run, next), F(Run, all_step), F(Run, inputs), F(Run, input_slot),
     F(Run, input_source), F(Run, input_factor), F(Run, input_addend), F(Run, columns), F(Run, column_slot),
-    F(Run, stop_slot), F(Run, stop_asked), F(Run, texts), F(Run, done), F(Run, last_row), F(Run, failed_call),
+    F(Run, stop_slot), F(Run, stop_asked), F(Run, texts), F(Run, done), F(Run, last_row), F(Run, calling), F(Run, failed_call),
     F(Run, failed_component), F(Run, failed_status), F(Run, failed_slot), F(Run, failed_kind),
+    (integer)sizeof(Breadcrumb), F(Breadcrumb, thread), F(Breadcrumb, process), F(Breadcrumb, instance),
+    F(Breadcrumb, function), F(Breadcrumb, run), F(Breadcrumb, time), F(Breadcrumb, file), F(Breadcrumb, at),
+    F(Breadcrumb, rows),
 };
 
 EXPORT const integer *kernel_layout(integer *count)

@@ -5,11 +5,13 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cosim.arrays import FloatArray
 from cosim.masters.layout import Group, Inputs
 from cosim.masters.turns import Turn, Turns
 from cosim.masters.types import Kind
+from cosim.slaves.breadcrumb import Breadcrumb
 from cosim.slaves.slave import CInterface
 
 CALLS = {
@@ -55,6 +57,12 @@ class GroupStructure(ctypes.Structure):
     _fields_ += _pointers("finite_slot", "value", "number", "text")
 
 
+class WarnedStructure(ctypes.Structure):
+    """How often a call has returned fmi2Warning, and in which communication step first."""
+
+    _fields_ = _integers("count", "first")
+
+
 class AllowedStructure(ctypes.Structure):
     """The values that an input can take."""
 
@@ -65,7 +73,7 @@ class ComponentStructure(ctypes.Structure):
     """A component in its turn."""
 
     _fields_ = [
-        *_pointers("instance", *FUNCTIONS),
+        *_pointers("name", "warned", "instance", *FUNCTIONS),
         *_integers("period", "at_end", "in_step", "inputs", "input_groups", "only_real"),
         *_pointers("input_group", "source", "timing", "ahead", "source_component", "factor", "addend"),
         *_pointers("begun", "value"),
@@ -102,12 +110,20 @@ class RunStructure(ctypes.Structure):
         *_pointers("column_slot"),
         *_integers("stop_slot"),
         *_pointers("stop_asked", "texts"),
-        *_integers("done", "last_row", "failed_call", "failed_component", "failed_status", "failed_slot"),
+        *_integers("done", "last_row", "calling", "failed_call", "failed_component", "failed_status", "failed_slot"),
         *_integers("failed_kind"),
     ]
 
 
-STRUCTURES = (GroupStructure, AllowedStructure, ComponentStructure, ReadingStructure, RunStructure)
+STRUCTURES = (
+    GroupStructure,
+    AllowedStructure,
+    WarnedStructure,
+    ComponentStructure,
+    ReadingStructure,
+    RunStructure,
+    Breadcrumb,
+)
 
 
 def sizes_and_offsets() -> Iterator[int]:
@@ -121,16 +137,18 @@ def sizes_and_offsets() -> Iterator[int]:
 class Packed:
     """Turns in C structures; keeps every array alive that they point to.
 
-    `point`, `newest`, `next` and `begun` are the arrays that the kernel works on.
+    `point`, `newest`, `next` and `begun` are the arrays that the kernel works on. `warned` has for each turn, call and
+    kind how often it returned fmi2Warning, and in which communication step first.
     """
 
     def __init__(self, turns: Turns, instances: Sequence[CInterface]) -> None:
         self._kept: list[Any] = []
+        self.warned = np.zeros((len(turns.all), len(CALLS) + 1, len(Kind), 2), np.int64)
         self._given = [np.zeros(len(turn.component.inputs.links)) for turn in turns.all]
         layout, schedule, columns = turns.layout, turns.schedule, turns.layout.columns
         self.point, self.newest, self.next = (np.zeros(layout.size) for _ in range(3))
         self.begun = np.zeros(len(layout.inputs.links))
-        parts = zip(turns.all, instances, self._given, strict=True)
+        parts = zip(turns.all, instances, self._given, self.warned, strict=True)
         components = self._list(ComponentStructure, [self._component(*part) for part in parts])
         readings = [
             ReadingStructure(component=turns.turn_of(r), groups=len(r.groups), group=self._groups(r.groups))
@@ -198,10 +216,14 @@ class Packed:
         ]
         return self._list(AllowedStructure, found)
 
-    def _component(self, turn: Turn, instance: CInterface, given: FloatArray) -> ComponentStructure:
+    def _component(
+        self, turn: Turn, instance: CInterface, given: FloatArray, warned: NDArray[np.int64]
+    ) -> ComponentStructure:
         inputs, outputs, derivatives = turn.component.inputs, turn.component.outputs, turn.derivatives
         n = len(inputs.links)
         return ComponentStructure(
+            name=self._array(bytearray(turn.component.name.encode() + b"\0"), np.uint8),
+            warned=warned.ctypes.data,
             instance=instance.component,
             **{field: instance.functions.get(function, 0) for field, function in FUNCTIONS.items()},
             period=turn.period,

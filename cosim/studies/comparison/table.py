@@ -8,7 +8,7 @@ from typing import Any
 
 from cosim.errors import ResultExists, UnknownName
 from cosim.flights import Locate, Progress
-from cosim.results.folder import make_folder
+from cosim.results.folder import make_folder, write_text
 from cosim.studies import markdown
 from cosim.studies.comparison import mission
 from cosim.studies.comparison.cell import COLUMNS, INTERRUPTED, Cell, fly
@@ -74,7 +74,7 @@ def compare(
         )
         cells.append(done)
     clusters = {plant.name: plant.cluster for plant in rows}
-    table.write_text(write_markdown(cells, clusters), encoding="utf-8")
+    write_text(table, write_markdown(cells, clusters))
     content = {
         "mission": list(mission.WORDS),
         "clusters": clusters,
@@ -83,7 +83,7 @@ def compare(
         "slew": _texts(mission.TURN),
         "disturbance": _texts(mission.DISTURBANCE),
     }
-    data.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+    write_text(data, json.dumps(content, indent=2) + "\n")
     return Table(tuple(cells), clusters, used, files, len(pairs), complete)
 
 

@@ -15,7 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from cosim.arrays import FloatArray
-from cosim.errors import ResultUnwritable
+from cosim.results.folder import make_folder, writing
 from cosim.results.result import Result
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -52,13 +52,11 @@ def save(figures: Mapping[str, Figure], folder: Path | str) -> list[Path]:
     """Write the figures to folder/<name>.png and return the files; raises `ResultUnwritable`."""
     folder = Path(folder)
     files = [folder / f"{name}.png" for name in figures]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with mpl.rc_context(STYLE):
-            for figure, file in zip(figures.values(), files, strict=True):
+    make_folder(folder)
+    with mpl.rc_context(STYLE):
+        for figure, file in zip(figures.values(), files, strict=True):
+            with writing(file):
                 figure.savefig(file, dpi=DPI)
-    except OSError as error:
-        raise ResultUnwritable(folder, error.strerror or str(error)) from error
     return files
 
 

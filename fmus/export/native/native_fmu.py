@@ -15,6 +15,7 @@ import casadi as ca
 import fmpy
 
 from components.framework import Component
+from fmus import places
 from fmus.description.annotations import COMMIT_SHOWN, SAMPLE_TIME, SOLVER_STEP
 from fmus.description.description import ModelDescription, ScalarVariable
 from fmus.description.write import write
@@ -48,7 +49,7 @@ def build_native(
     description = describe_native(component, name)
     sources = native_sources(component, description)
     files = {f"sources/{file}": data for file, data in sources.items()}
-    with tempfile.TemporaryDirectory() as place:
+    with tempfile.TemporaryDirectory(dir=places.workshop()) as place:
         folder = Path(place) / "sources"
         folder.mkdir()
         for file, data in sources.items():
@@ -132,7 +133,7 @@ def _generated(part: Component) -> tuple[bytes, bytes]:
     functions = _functions(part)
     for function in functions:
         generator.add(function)
-    with tempfile.TemporaryDirectory() as place:
+    with tempfile.TemporaryDirectory(dir=places.workshop()) as place:
         generator.generate(f"{place}/")
         code = (Path(place) / "model.c").read_bytes()
         header = (Path(place) / "model.h").read_bytes()

@@ -30,6 +30,7 @@ class InProcessSlave:
 
     def __init__(self, name: str, component: Component, failed: Callable[..., Exception]):
         self.name, self.description, self.messages = name, describe_in_process(component), list[str]()
+        self.warned: dict[str, tuple[int, float]] = {}
         self._component, self._failed = component, failed
         self._runtime = Runtime(component)
 

@@ -245,7 +245,7 @@ class TestInterrupts:
             process.kill()
             process.wait()
         result = Result.read(tmp_path)
-        assert result.info["status"] == "running"
+        assert result.info["status"] == "died"
         assert len(result) > 1000
         assert_array_equal(np.diff(np.round(result.time * 1000)), 1)
         whole = stream.read_bytes()

@@ -1,0 +1,44 @@
+/* When: the clock on the wall, the communication points, and the periods of components. */
+#if defined(_WIN32)
+#define WIN32_LEAN_AND_MEAN
+#include <windows.h>
+#else
+#include <time.h>
+#endif
+
+static double now(void)
+{
+#if defined(_WIN32)
+    LARGE_INTEGER count, frequency;
+    QueryPerformanceCounter(&count);
+    QueryPerformanceFrequency(&frequency);
+    return (double)count.QuadPart / (double)frequency.QuadPart;
+#else
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+#endif
+}
+
+/* Communication point k in units of 1/denominator s, and in s, rounded once. */
+static integer point_count(const Run *r, integer k)
+{
+    integer at = r->start + k * r->step;
+    return at < r->stop ? at : r->stop;
+}
+
+static double point_time(const Run *r, integer k) { return (double)point_count(r, k) / (double)r->denominator; }
+
+static integer period_start(const Component *c, integer k) { return c->period == 1 ? k : k - k % c->period; }
+
+static integer period_end(const Run *r, const Component *c, integer k)
+{
+    integer start = period_start(c, k);
+    return c->period < r->steps - start ? start + c->period : r->steps;
+}
+
+static int is_due(const Run *r, const Component *c, integer k)
+{
+    if (c->period == 1) return 1;
+    return c->at_end ? k + 1 == period_end(r, c, k) : k == period_start(c, k);
+}
