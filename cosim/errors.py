@@ -20,11 +20,13 @@ class TimeError(SimulationError):
     name: str
     value: object
     problem: str
+    nearest: str | None = None
 
     def __str__(self) -> str:
-        """Name, value, problem, what is allowed."""
+        """Name, value, problem, the nearest that would do, what is allowed."""
         advice = "Times are whole nanoseconds or fractions: 0.001, Fraction(1, 30), on the command line 1/30."
-        return f"{self.name} is {self.value}: {self.problem}. {advice}"
+        nearest = f" The nearest that would do is {self.nearest}." if self.nearest is not None else ""
+        return f"{self.name} is {self.value}: {self.problem}.{nearest} {advice}"
 
 
 @dataclass(eq=False)

@@ -13,6 +13,7 @@ from cosim.system.expand import wire
 from cosim.system.shared import disagreements
 from cosim.system.system import MasterSettings
 from cosim.system.wiring import Port, Wiring
+from cosim.time import exact_seconds, written
 from fmus.description.description import ModelDescription, ScalarVariable
 from fmus.description.names import Group, nested, split_element
 from fmus.description.read import read_description
@@ -24,7 +25,9 @@ def write_system(system: System, experiment: Experiment, locate: Locate) -> None
     """Print connection table, evaluation order, feedthrough, loops and delayed paths of a system."""
     master = experiment.master or Explicit()
     wiring = master.timed(wire(system, read_descriptions(system, locate)))
-    times = f"{experiment.stop_time:g} s in steps of {experiment.communication_step_size:g} s"
+    stop = exact_seconds(experiment.stop_time, "stop_time")
+    step = exact_seconds(experiment.communication_step_size, "communication_step_size")
+    times = f"{written(stop)} in steps of {written(step)}"
     console.write(f"{system.name}: {times}, master {_master(master)}\n")
     order = graph.stepping_order(wiring)
     head = ("order", "instance", "FMU", "parameters and initial states that are set")
