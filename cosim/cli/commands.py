@@ -118,11 +118,12 @@ def show_(
     """Show how a system is wired and evaluated, or the description of one FMU."""
     from cosim.cli import overrides, scenario, show
     from cosim.cli.library import Library
+    from cosim.system.reference import is_fmu
     from fmus.export import build as building
 
     with _reported():
         locate = Library(backend, console.note)
-        if name.endswith(".fmu") or building.is_component(name):
+        if is_fmu(name) or building.is_component(name):
             show.write_fmu(locate(name))
         else:
             system, experiment = scenario.load(name)

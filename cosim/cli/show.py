@@ -10,6 +10,7 @@ from cosim.cli.instances import Locate, read_descriptions
 from cosim.masters.explicit import Explicit
 from cosim.system import Experiment, System, graph
 from cosim.system.expand import wire
+from cosim.system.reference import name_of
 from cosim.system.shared import disagreements
 from cosim.system.system import MasterSettings
 from cosim.system.wiring import Port, Wiring
@@ -102,7 +103,7 @@ def _instances(order: Sequence[str], system: System, wiring: Wiring) -> list[tup
     rows: list[tuple[str, str, str, str]] = []
     for place, name in enumerate(order):
         n = wiring.period(name)
-        reference = system.components[name] + (f", every {n} steps" if n > 1 else "")
+        reference = name_of(system.components[name]) + (f", every {n} steps" if n > 1 else "")
         bases = dict.fromkeys(split_element(p.variable)[0] for p in wiring.settings if p.component == name)
         rows.append((str(place + 1), name, reference, ", ".join(bases)))
     return rows
