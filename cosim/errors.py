@@ -119,12 +119,19 @@ class StepFailed(SimulationError):
     value: float | None = None
     terminated: bool = False
     """Whether the FMU asked for the end of the run (fmi2Discard with fmi2Terminated), which is no failure."""
+    culprits: Sequence[str] = ()
+    """Who made the value grow, in words, where it is another than `component`."""
+
+    @property
+    def grown(self) -> bool:
+        """Whether a value that is not finite is what failed."""
+        return self.variable is not None or any("is not finite" in line for line in self.messages)
 
     def __str__(self) -> str:
         """Component, status, time and step, the value or the FMU's own words, what may help."""
         where = f"communication point {self.time:.12g} s, step {self.step:.12g} s"
-        grown = self.variable is not None or any("is not finite" in line for line in self.messages)
-        words = quoted([*self.messages, *(["Where a loop diverges, a shorter step may help."] if grown else [])])
+        advice = self.culprits or ["Where a loop diverges, a shorter step may help."]
+        words = quoted([*self.messages, *(advice if self.grown else [])])
         if self.variable is not None:
             return f"{self.component}.{self.variable} became {self.value} in the step from {where}{words}"
         last = self.last_successful_time
