@@ -46,7 +46,7 @@ def simulate(
     system: "System",
     experiment: "Experiment",
     *,
-    locate: Callable[[str], Path] | None = None,
+    locate: Callable[[Any], Path] | None = None,
     slaves: "Mapping[str, Slave] | None" = None,
     swaps: "Sequence[SwapReport]" = (),
     out: Path | str | None = None,
@@ -77,7 +77,7 @@ def simulate(
 
 
 def prepare(
-    system: "System", locate: Callable[[str], Path] | None = None, *, slaves: "Mapping[str, Slave] | None" = None
+    system: "System", locate: Callable[[Any], Path] | None = None, *, slaves: "Mapping[str, Slave] | None" = None
 ) -> "Prepared":
     """Read, check, wire and load a system once, to be flown many times with `fly`; a context manager.
 
@@ -89,7 +89,7 @@ def prepare(
     return flights.prepare(system, locate or _library(), slaves=slaves, metrics=_attitude)
 
 
-def _library() -> Callable[[str], Path]:
+def _library() -> Callable[[Any], Path]:
     """Return the default library, whose notes, what it builds and why not natively, are lines of logging."""
     import logging
 

@@ -20,11 +20,13 @@ class TimeError(SimulationError):
     name: str
     value: object
     problem: str
+    nearest: str | None = None
 
     def __str__(self) -> str:
-        """Name, value, problem, what is allowed."""
+        """Name, value, problem, the nearest that would do, what is allowed."""
         advice = "Times are whole nanoseconds or fractions: 0.001, Fraction(1, 30), on the command line 1/30."
-        return f"{self.name} is {self.value}: {self.problem}. {advice}"
+        nearest = f" The nearest that would do is {self.nearest}." if self.nearest is not None else ""
+        return f"{self.name} is {self.value}: {self.problem}.{nearest} {advice}"
 
 
 @dataclass(eq=False)
@@ -117,12 +119,19 @@ class StepFailed(SimulationError):
     value: float | None = None
     terminated: bool = False
     """Whether the FMU asked for the end of the run (fmi2Discard with fmi2Terminated), which is no failure."""
+    culprits: Sequence[str] = ()
+    """Who made the value grow, in words, where it is another than `component`."""
+
+    @property
+    def grown(self) -> bool:
+        """Whether a value that is not finite is what failed."""
+        return self.variable is not None or any("is not finite" in line for line in self.messages)
 
     def __str__(self) -> str:
         """Component, status, time and step, the value or the FMU's own words, what may help."""
         where = f"communication point {self.time:.12g} s, step {self.step:.12g} s"
-        grown = self.variable is not None or any("is not finite" in line for line in self.messages)
-        words = quoted([*self.messages, *(["Where a loop diverges, a shorter step may help."] if grown else [])])
+        advice = self.culprits or ["Where a loop diverges, a shorter step may help."]
+        words = quoted([*self.messages, *(advice if self.grown else [])])
         if self.variable is not None:
             return f"{self.component}.{self.variable} became {self.value} in the step from {where}{words}"
         last = self.last_successful_time

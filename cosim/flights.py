@@ -29,12 +29,15 @@ from cosim.slaves.fmi2 import FmuSlave
 from cosim.slaves.slave import Slave
 from cosim.system.expand import rewire, wire
 from cosim.system.overrides import with_parameters
+from cosim.system.reference import Reference, is_fmu, name_of, reference_of
 from cosim.system.swap import SwapReport
 from cosim.system.system import Experiment, System
 from cosim.system.wiring import Wiring
 from cosim.time import Schedule
 
-Locate = Callable[[str], Path]
+Locate = Callable[[Any], Path]
+"""FMU reference, as `System` has it, -> path."""
+
 Progress = Callable[[float, float], None]
 
 _log = logging.getLogger(__name__)
@@ -94,13 +97,15 @@ def prepare(
     return Prepared(system, paths, make, swaps, metrics)
 
 
-def find(reference: str, locate: Locate | None = None) -> Path:
+def find(given: Reference | Path, locate: Locate | None = None) -> Path:
     """Return the file of an FMU reference, by `locate` if given; raises `FmuError` for what is no file then."""
+    reference = reference_of(given)
     if locate is not None:
         return locate(reference)
-    if reference.endswith(".fmu"):
+    if is_fmu(reference):
         return Path(reference)
-    raise FmuError(Path(reference), "it is no path of a .fmu file. Say where such FMUs are: locate=cosim.Library()")
+    problem = "it is no path of a .fmu file. Say where such FMUs are: locate=cosim.Library()"
+    raise FmuError(Path(name_of(reference)), problem)
 
 
 @dataclass(frozen=True)

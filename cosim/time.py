@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
+import numpy as np
+
 from cosim.errors import TimeError
 from cosim.quantity import split_quantity
 
@@ -19,10 +21,13 @@ Seconds = float | Fraction
 NANOSECONDS = 1_000_000_000
 LARGEST_DENOMINATOR = NANOSECONDS
 LARGEST_GUESS = 100_000
-"""The largest denominator that is guessed from a float: a float near 1 s is one of its fractions by chance in 1e7."""
+"""The largest denominator that is guessed from a float."""
+
+BY_CHANCE = 1e-4
+"""A fraction is what is meant where a number at random has one as simple, and as near, more seldom than this."""
 
 ROUNDINGS = 4
-"""How many units in the last place a computed float may be off the decimal that is meant, as 0.1 + 0.2 is."""
+"""How many units in the last place a computed float may be off the number that is meant, as 0.1 + 0.2 is."""
 
 LARGEST_COUNT = 2**53
 """Whole numbers up to it are doubles, so that the quotient of two is rounded once, in Python and in the kernel."""
@@ -35,8 +40,9 @@ _FRACTION = re.compile(r"^\s*([-+]?\d+)\s*/\s*(\d+)(.*)$", re.DOTALL)
 
 
 def exact_seconds(seconds: Seconds, name: str) -> Fraction:
-    """Return a time in s as the fraction that is meant: decimals to the nanosecond, or a fraction like 1/30.
+    """Return a time in s as the number that is meant: a fraction like 1/30, or a decimal to the nanosecond.
 
+    A float may be off it by some roundings of its own precision: 0.1 + 0.2 and np.float32(0.1) are decimals.
     Raises `TimeError` if it is not finite or no such number.
     """
     if isinstance(seconds, bool) or not math.isfinite(seconds):
@@ -44,19 +50,54 @@ def exact_seconds(seconds: Seconds, name: str) -> Fraction:
     if isinstance(seconds, Fraction | int):
         exact = Fraction(seconds)
         if exact.denominator > LARGEST_DENOMINATOR:
-            raise TimeError(name, f"{exact} s", f"its denominator is above {LARGEST_DENOMINATOR}")
+            raise TimeError(name, f"{exact} s", f"its denominator is above {LARGEST_DENOMINATOR}", _offer(exact))
         return exact
-    exact = Fraction(repr(float(seconds)))
-    if NANOSECONDS % exact.denominator == 0:
-        return exact
-    guess = Fraction(float(seconds)).limit_denominator(LARGEST_GUESS)
-    if float(guess) == seconds:
-        return guess
-    nearest = Fraction(round(exact * NANOSECONDS), NANOSECONDS)
-    if abs(float(nearest) - seconds) <= ROUNDINGS * math.ulp(seconds):
-        return nearest
+    coarse = isinstance(seconds, np.floating) and seconds.itemsize < 8  # float32 and float16
+    given = seconds if coarse else float(seconds)
+    value, roundings = Fraction(float(given)), ROUNDINGS * Fraction(float(np.spacing(abs(given))))
+    fraction = _fraction(value, roundings)
+    if fraction is not None:
+        return fraction
+    shortest = Fraction(str(given))
+    if NANOSECONDS % shortest.denominator == 0:
+        return shortest
+    whole = _whole_nanoseconds(value)
+    if abs(whole - value) <= roundings:
+        return whole
     problem = f"it is no whole number of nanoseconds, and no fraction with a denominator up to {LARGEST_GUESS}"
-    raise TimeError(name, f"{seconds!r} s", problem)
+    raise TimeError(name, f"{given} s", problem, _offer(value))
+
+
+def _fraction(value: Fraction, roundings: Fraction) -> Fraction | None:
+    """Return the simplest fraction that is as near to a value as some roundings; None if that may be by chance."""
+    simplest = _simplest(abs(value) - roundings, abs(value) + roundings)
+    # Of the fractions with denominators up to q, a stretch of length d has some 0.3 q^2 d (3 / pi^2, Farey).
+    seldom = 0.3 * simplest.denominator**2 * 2 * roundings <= BY_CHANCE
+    return (simplest if value > 0 else -simplest) if seldom and simplest.denominator <= LARGEST_GUESS else None
+
+
+def _simplest(low: Fraction, high: Fraction) -> Fraction:
+    """Return the fraction with the smallest denominator in [low, high]."""
+    above, below = math.ceil(low), math.floor(low)
+    return Fraction(above) if above <= high else below + 1 / _simplest(1 / (high - below), 1 / (low - below))
+
+
+def _whole_nanoseconds(value: Fraction) -> Fraction:
+    return Fraction(round(value * NANOSECONDS), NANOSECONDS)
+
+
+def _offer(value: Fraction) -> str:
+    """Return the time that would do in place of one: a fraction within half a nanosecond, else whole nanoseconds."""
+    nearest = _fraction(value, Fraction(1, 2 * NANOSECONDS)) or _whole_nanoseconds(value)
+    nearest = nearest or Fraction(1 if value > 0 else -1, NANOSECONDS)
+    return written(nearest)
+
+
+def written(seconds: Fraction) -> str:
+    """Return a time in s as it may be typed: "0.3 s", "1/30 s"."""
+    if NANOSECONDS % seconds.denominator:
+        return f"{seconds} s"
+    return f"{np.format_float_positional(float(seconds), trim='-')} s"
 
 
 def parse_seconds(text: str, name: str) -> Seconds:
@@ -77,7 +118,8 @@ def parse_seconds(text: str, name: str) -> Seconds:
         plain = float(exact)
     except (ValueError, ZeroDivisionError, OverflowError) as error:
         raise TimeError(name, repr(text), "it is no number") from error
-    return plain if Fraction(repr(plain)) == exact else exact
+    typed = fraction is not None or exact.denominator <= LARGEST_DENOMINATOR  # else of more digits than it means
+    return exact if typed and Fraction(repr(plain)) != exact else plain
 
 
 @dataclass(frozen=True)

@@ -124,11 +124,12 @@ def show_(
     from cosim.cli import flown, overrides, scenario, show
     from cosim.cli.library import Library
     from cosim.studies import papers
+    from cosim.system.reference import is_fmu
     from fmus.export import build as building
 
     with _reported():
         locate = Library(backend, console.note)
-        if name.endswith(".fmu") or building.is_component(name):
+        if is_fmu(name) or building.is_component(name):
             show.write_fmu(locate(name))
         elif flown.is_result(Path(name)) and name not in papers.describe():
             flown.write_result(Path(name))

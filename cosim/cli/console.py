@@ -78,6 +78,7 @@ def write_swap(report: "SwapReport") -> None:
 
 def write_summary(result: "Result") -> None:
     """How a run ended, how long it took, whether its controller left its domain, and its metrics."""
+    from cosim.results.result import figures
     from cosim.studies.metrics import (
         not_measured,
         out_of_domain,
@@ -103,7 +104,7 @@ def write_summary(result: "Result") -> None:
     if missing := not_measured(result):
         write(f"not measured: {missing}")
     metrics: Mapping[str, object] = info.get("metrics") or {}
-    write_table((), [(name, _figures(value)) for name, value in metrics.items()])
+    write_table((), [(name, figures(value)) for name, value in metrics.items()])
 
 
 def event(happened: Mapping[str, Any]) -> str:
@@ -184,11 +185,3 @@ def write_files(paths: Sequence[Path]) -> None:
     """Files that were written."""
     for path in paths:
         _out.print(f"wrote {near(path)}", markup=False)
-
-
-def _figures(value: object) -> str:
-    if isinstance(value, list | tuple):
-        return ", ".join(_figures(v) for v in value)
-    if value is None:
-        return "not reached"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -9,13 +9,14 @@ from cosim.cli.library import Library
 from cosim.errors import UnknownName
 from cosim.system import System
 from cosim.system.expand import wire
+from cosim.system.reference import is_fmu
 from cosim.system.wiring import Wiring
 from fmus.description.description import ModelDescription
 from fmus.description.names import nested, split_element
 from fmus.description.read import read_description
 from fmus.export.build import CATALOG, build_reference
 
-Locate = Callable[[str], Path]
+Locate = Callable[[Any], Path]
 
 
 def read_descriptions(system: System, locate: Locate) -> dict[str, ModelDescription]:
@@ -44,7 +45,7 @@ def build_system(
         place = (folder or Path(found.name)) / (backend if len(backends) > 1 else "")
         wiring = wire(found, read_descriptions(found, Library(backend, note)))
         for instance, reference in found.components.items():
-            if not reference.endswith(".fmu"):
+            if not is_fmu(reference):
                 values = start_values(wiring, instance)
                 paths.append(build_reference(reference, backend, platforms, place, values, instance, note))
             else:

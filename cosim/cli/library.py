@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from cosim.errors import FmuError
+from cosim.system.reference import Reference, is_fmu, reference_of
 from fmus.errors import NoCompiler
 from fmus.export.build import build_reference
 
@@ -21,12 +22,14 @@ class Library:
         self._note = note or (lambda _line: None)
         self._turn = threading.Lock()
 
-    def __call__(self, reference: str) -> Path:
+    def __call__(self, given: Reference | Path) -> Path:
         """Return the FMU of a reference: FILE.fmu, NAME or FILE.py:Class, the latter two with :modes=6 or the like.
 
-        Raises `FmuError` for a file that is not there, `fmus.errors.BuildError` for what cannot be built.
+        A component's class is a reference too, one from a notebook's cell as well. Raises `FmuError` for a file that is
+        not there, `fmus.errors.BuildError` for what cannot be built.
         """
-        if reference.endswith(".fmu"):
+        reference = reference_of(given)
+        if is_fmu(reference):
             path = Path(reference)
             if not path.is_file():
                 raise FmuError(path, "there is no such file")
@@ -44,10 +47,10 @@ class Library:
                 self.backend = "python"
                 self._note(f"{error} Until then: python back end.")
 
-    def _build(self, reference: str) -> Path:
+    def _build(self, reference: Reference) -> Path:
         return build_reference(reference, self.backend, announce=self._note)
 
 
-def locate(reference: str) -> Path:
+def locate(reference: Reference | Path) -> Path:
     """Return the FMU of a reference, native where there is a compiler."""
     return Library()(reference)

@@ -14,6 +14,7 @@ from types import ModuleType
 from cosim.errors import SimulationError, UnknownName
 from cosim.studies import papers
 from cosim.system import Experiment, System
+from cosim.system.reference import Reference, is_fmu
 from fmus.description.read import read_description
 
 Scenario = tuple[System, Experiment]
@@ -27,19 +28,20 @@ class NoScenario(ScenarioError):
     """A file without any function that could give a system."""
 
 
-def load(reference: str) -> Scenario:
+def load(name: str | Path) -> Scenario:
     """Return the system and experiment of NAME, FILE.py[:function] or FILE.fmu, which flies alone.
 
     The function takes no arguments and returns (System, Experiment); it need not be named if it is the only such
     function or is called `system`. FMU references of the file (FILE.py:Class, FILE.fmu) are relative to the file's
     folder.
     """
-    name, _, function = reference.partition(".py:") if ".py:" in reference else (reference, "", "")
-    if reference.endswith(".fmu"):
+    reference = os.path.expanduser(name)
+    file, _, function = reference.partition(".py:") if ".py:" in reference else (reference, "", "")
+    if is_fmu(reference):
         return _alone(Path(reference))
     if not function and not reference.endswith(".py"):
         return papers.scenario(reference)
-    path = Path(f"{name}.py" if function else name)
+    path = Path(f"{file}.py" if function else file)
     if not os.path.isfile(path):
         raise ScenarioError(f"there is no file {path}.")
     found = _functions(_module(path))
@@ -92,6 +94,7 @@ def _module(path: Path) -> ModuleType:
     if spec is None or spec.loader is None:
         raise ScenarioError(f"{path} is no Python file.")
     module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # as an import does: a class finds its file there
     sys.path.insert(0, str(path.resolve().parent))
     try:
         spec.loader.exec_module(module)
@@ -122,11 +125,13 @@ def _functions(module: ModuleType) -> dict[str, Callable[[], object]]:
     return found
 
 
-def _beside(folder: Path, reference: str) -> str:
+def _beside(folder: Path, reference: Reference) -> Reference:
     """Return a reference to a file relative to the scenario's folder as one that works from here."""
+    if isinstance(reference, type):
+        return reference
     head, separator, rest = reference.partition(".py:")
     file = Path(f"{head}.py" if separator or reference.endswith(".py") else head)
-    if reference.endswith((".fmu", ".py")) or separator:
+    if is_fmu(reference) or reference.endswith(".py") or separator:
         there = folder / (reference if not separator else file)
         if not file.is_absolute() and there.is_file():
             return f"{there}:{rest}" if separator else str(there)

@@ -10,9 +10,11 @@ from cosim.cli.instances import Locate, read_descriptions
 from cosim.masters.explicit import Explicit
 from cosim.system import Experiment, System, graph
 from cosim.system.expand import wire
+from cosim.system.reference import name_of
 from cosim.system.shared import disagreements
 from cosim.system.system import MasterSettings
 from cosim.system.wiring import Port, Wiring
+from cosim.time import exact_seconds, written
 from fmus.description.description import ModelDescription, ScalarVariable
 from fmus.description.names import Group, nested, split_element
 from fmus.description.read import read_description
@@ -24,7 +26,9 @@ def write_system(system: System, experiment: Experiment, locate: Locate) -> None
     """Print connection table, evaluation order, feedthrough, loops and delayed paths of a system."""
     master = experiment.master or Explicit()
     wiring = master.timed(wire(system, read_descriptions(system, locate)))
-    times = f"{experiment.stop_time:g} s in steps of {experiment.communication_step_size:g} s"
+    stop = exact_seconds(experiment.stop_time, "stop_time")
+    step = exact_seconds(experiment.communication_step_size, "communication_step_size")
+    times = f"{written(stop)} in steps of {written(step)}"
     console.write(f"{system.name}: {times}, master {_master(master)}\n")
     order = graph.stepping_order(wiring)
     head = ("order", "instance", "FMU", "parameters and initial states that are set")
@@ -99,7 +103,7 @@ def _instances(order: Sequence[str], system: System, wiring: Wiring) -> list[tup
     rows: list[tuple[str, str, str, str]] = []
     for place, name in enumerate(order):
         n = wiring.period(name)
-        reference = system.components[name] + (f", every {n} steps" if n > 1 else "")
+        reference = name_of(system.components[name]) + (f", every {n} steps" if n > 1 else "")
         bases = dict.fromkeys(split_element(p.variable)[0] for p in wiring.settings if p.component == name)
         rows.append((str(place + 1), name, reference, ", ".join(bases)))
     return rows

@@ -8,6 +8,7 @@ import numpy as np
 from cosim.arrays import FloatArray
 from cosim.errors import CallFailed, StepFailed
 from cosim.masters.calls import read_groups, refuse_values, write_inputs
+from cosim.masters.culprit import blame
 from cosim.masters.layout import Group, Reading
 from cosim.masters.master import Outcome
 from cosim.masters.point import Point
@@ -28,13 +29,17 @@ class Stepping:
 
     def __init__(self, turns: Turns, slaves: Mapping[str, Slave]) -> None:
         self.turns, self.layout, self.schedule = turns, turns.layout, turns.schedule
-        self.slaves = [slaves[turn.component.name] for turn in turns.all]
+        self._named, self.slaves = slaves, [slaves[turn.component.name] for turn in turns.all]
         self._again = [(turns.turn_of(reading), reading) for reading in turns.refresh]
 
     def advance(self, point: Point, until: int) -> Outcome:
         """Take communication steps up to `until`; see `Algorithm`."""
-        while point.index < until:
-            point = self._step(point)
+        try:
+            while point.index < until:
+                point = self._step(point)
+        except StepFailed as error:
+            blame(error, self._named)
+            raise
         return Outcome(point)
 
     def _step(self, at: Point) -> Point:

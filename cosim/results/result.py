@@ -1,10 +1,10 @@
 """What a run leaves: rows by name, units, and the story of the run."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import pyarrow as pa
@@ -15,6 +15,7 @@ from cosim.results import formats
 from cosim.results.folder import finite
 from cosim.results.schema import TYPES, items_of, to_numpy, unit_of
 from cosim.results.story import read_info
+from fmus.description import html
 from fmus.description.names import Group, canonical, group
 
 if TYPE_CHECKING:
@@ -59,6 +60,33 @@ class Result:
         units, items = {"time": "s"} | info.get("units", {}), info.get("items", {})
         fields = [f.with_metadata(_metadata(f, units.get(f.name), items.get(f.name))) for f in table.schema]
         return cls(pa.Table.from_arrays(table.columns, schema=pa.schema(fields)), info, folder)
+
+    def __repr__(self) -> str:
+        """System, how it ended, how much was recorded, where it is."""
+        return f"<Result of {self._told()}>"
+
+    def _told(self) -> str:
+        rows = f"{html.count(len(self), 'row')} of {html.count(len(self.names), 'variable')}"
+        span = f", {self.time[0]:g} to {self.time[-1]:g} s" if len(self) else ""
+        place = f" in {self.folder}" if self.folder is not None else ""
+        return f"{self.info.get('system', 'a run')}: {self.info.get('status', 'unknown')}, {rows}{span}{place}"
+
+    def _repr_html_(self) -> str:
+        """Return tables of what is recorded, with units, and of the metrics where they are made; for a notebook."""
+        rows = [
+            (name, "Real" if types is None else types, " x ".join(map(str, g.shape)), self.units.get(name) or "")
+            for name, g in self._groups.items()
+            for types in [self.info.get("types", {}).get(g.elements[0])]
+        ]
+        metrics = [(name, figures(value)) for name, value in self.info.get("metrics", {}).items()]
+        why = [self.info["why"]] if "why" in self.info else []
+        return "".join(
+            [
+                html.title(f"Result of {self._told()}", *why),
+                html.table(("variable", "type", "size", "unit"), rows),
+                html.table(("metric", "value"), metrics),
+            ]
+        )
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -110,6 +138,15 @@ class Result:
     def to_pandas(self) -> "pd.DataFrame":
         """Return a data frame with the columns of the file, `time` first."""
         return self.table.to_pandas()
+
+
+def figures(value: Any) -> str:
+    """Return a metric with four digits, of several components all."""
+    if isinstance(value, list | tuple):
+        return ", ".join(map(figures, cast(Sequence[Any], value)))
+    if value is None:
+        return "not reached"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def _metadata(column: pa.Field, unit: str | None, items: Mapping[str, int] | None) -> dict[str, str]:

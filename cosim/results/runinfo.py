@@ -14,6 +14,7 @@ from cosim.errors import CallFailed
 from cosim.masters.master import Course
 from cosim.slaves.slave import Slave
 from cosim.system import Experiment, System
+from cosim.system.reference import name_of
 from cosim.system.shared import disagreements
 from cosim.system.swap import SwapReport
 from cosim.system.wiring import Port, Wiring
@@ -41,7 +42,7 @@ def setup(
         "versions": versions(),
         "platform": {"system": sys.platform, "machine": platform.machine()},
         "components": {
-            name: _component(system.components[name], description, paths.get(name), wiring.period(name))
+            name: _component(name_of(system.components[name]), description, paths.get(name), wiring.period(name))
             for name, description in wiring.descriptions.items()
         },
         "stepping_order": list(course.order),

@@ -3,9 +3,11 @@
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from cosim.errors import SimulationError, UnknownName, WiringError, WiringErrors
 from cosim.system import Connection, System, Timing
+from cosim.system.reference import Reference, name_of, reference_of
 from fmus.description.description import ModelDescription, ScalarVariable
 from fmus.description.names import split_element, split_port
 
@@ -22,7 +24,7 @@ class SwapReport:
 
 
 def replace(
-    system: System, instance: str, reference: str, descriptions: Mapping[str, ModelDescription]
+    system: System, instance: str, reference: Reference | Path, descriptions: Mapping[str, ModelDescription]
 ) -> tuple[System, SwapReport]:
     """Return the system with another FMU for `instance`, and what that kept, dropped and added.
 
@@ -32,6 +34,7 @@ def replace(
 
     Raises `UnknownName` for an unknown instance, `WiringErrors` for inputs that no one or several instances offer.
     """
+    reference = reference_of(reference, instance)
     if instance not in system.components:
         raise UnknownName("component", instance, f'system "{system.name}"', list(system.components))
     swap = _Swap(system, instance, descriptions)
@@ -59,7 +62,11 @@ def replace(
     )
     values = [f"parameter {name}" for name in parameters if split_port(name)[0] == instance]
     report = SwapReport(
-        instance, reference, (*map(_text, mine), *values, *carried), tuple(dropped), tuple(map(_text, added))
+        instance,
+        name_of(reference),
+        (*map(_text, mine), *values, *carried),
+        tuple(dropped),
+        tuple(map(_text, added)),
     )
     return changed, report
 

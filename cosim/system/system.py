@@ -4,9 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
 
-from cosim.system.value import plain
+import numpy as np
+
+from cosim.system.reference import name_of, reference_of
+from cosim.system.value import Value, plain
 from cosim.system.wiring import Wiring
 from cosim.time import Seconds
+from fmus.description import html
 
 Timing = Literal["at_point", "after_step", "midpoint", "ramp"]
 TIMINGS: tuple[Timing, ...] = ("at_point", "after_step", "midpoint", "ramp")
@@ -38,6 +42,7 @@ class Connection:
 class System:
     """Components (instance name -> FMU reference) and everything between and in them.
 
+    A reference is FILE.fmu, NAME or FILE.py:Class, a path, or a component's class; `cosim.Library` builds what it must.
     `parameters`: "plant.J" or "*.J" -> number, nested list or `Value`. `vehicle`: name -> value, set in every component
     that has a parameter of that name; entries of `parameters` win. `held`: input -> value for inputs without a
     connection; with `hold_unconnected` every other one is held at its FMU's start value. `steps`: instance -> n, it
@@ -45,7 +50,7 @@ class System:
     """
 
     name: str
-    components: dict[str, str]
+    components: dict[str, Any]
     connections: Sequence[Connection] = ()
     parameters: dict[str, Any] = field(default_factory=dict)
     vehicle: dict[str, Any] = field(default_factory=dict)
@@ -55,11 +60,48 @@ class System:
 
     def __post_init__(self) -> None:
         """Copy what the caller could change later, make arrays plain, so that equal systems compare equal."""
-        object.__setattr__(self, "components", dict(self.components))
+        components = {name: reference_of(given, name) for name, given in self.components.items()}
+        object.__setattr__(self, "components", components)
         object.__setattr__(self, "connections", tuple(self.connections))
         for name in ("parameters", "vehicle", "held"):
             object.__setattr__(self, name, {k: plain(v) for k, v in getattr(self, name).items()})
         object.__setattr__(self, "steps", dict(self.steps))
+
+    def __repr__(self) -> str:
+        """Name, instances with their FMUs, how much is between and in them."""
+        parts = ", ".join(f"{name} {name_of(reference)}" for name, reference in self.components.items())
+        return f"<System {self.name}: {parts}; {', '.join(self._counts())}>"
+
+    def _counts(self) -> list[str]:
+        sizes = {"connection": self.connections, "parameter": self.parameters, "vehicle parameter": self.vehicle}
+        return [html.count(len(what), word) for word, what in {**sizes, "held input": self.held}.items()]
+
+    def _repr_html_(self) -> str:
+        """Return tables of instances, of connections and of what is set, for a notebook."""
+        instances = [
+            (name, name_of(reference), str(self.steps.get(name, 1))) for name, reference in self.components.items()
+        ]
+        connections = [(c.source, c.target, c.timing or "default") for c in self.connections]
+        values = [(kind, name, _told(v)) for kind, given in self._given().items() for name, v in given.items()]
+        return "".join(
+            [
+                html.title(f"System {self.name}", ", ".join(self._counts())),
+                html.table(("instance", "FMU", "steps"), instances),
+                html.table(("from", "to", "timing"), connections),
+                html.table(("", "variable", "value"), values),
+            ]
+        )
+
+    def _given(self) -> dict[str, dict[str, Any]]:
+        return {"parameter": self.parameters, "vehicle": self.vehicle, "held": self.held}
+
+
+def _told(value: Any) -> str:
+    """Return a value with its unit; of an array only its size, without a unit in the variable's own."""
+    number, unit = (value.value, value.unit) if isinstance(value, Value) else (value, None)
+    shape = np.shape(number)
+    text = " x ".join(map(str, shape)) if shape else f"{number:.6g}" if isinstance(number, float) else str(number)
+    return f"{text} {unit or ''}".strip()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""What our FMUs tell our master beyond FMI 2.0: VendorAnnotations, and parameters with a meaning of their own.
+"""What our FMUs tell our master beyond FMI 2.0: VendorAnnotations, parameters and words with a meaning of their own.
 
     <VendorAnnotations><Tool name="adcs-cosim"><Slave refresh="true" sampled="false" role="actuators">
         <StepMean variable="tau_B[1]" of="h_B[1]"/><Shared variable="spin_axes_B[1,1]"/>
@@ -24,6 +24,9 @@ SAMPLE_TIME = "sample_time"
 """Parameter of sampled FMUs: the time between two samples, s."""
 COMMIT_SHOWN = "solver.commit_shown"
 """Parameter of sampled FMUs: 1 where the inputs set before a step are those of its end, not of a sample due now."""
+
+GROWS = "which RK4 lets grow"
+"""In the warning of an FMU whose internal step is so long that RK4 makes grow what decays (as in fmi2.c)."""
 
 
 @dataclass(frozen=True)

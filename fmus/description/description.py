@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
+from fmus.description import html
 from fmus.description.errors import UnknownName
 from fmus.description.names import Group, canonical, group, split_element
 from fmus.description.units import Unit
@@ -90,6 +91,30 @@ class ModelDescription:
     log_categories: tuple[str, ...] = ()
     generation_tool: str = ""
     description: str = ""
+
+    def __repr__(self) -> str:
+        """Name, GUID, how many variables of each causality."""
+        counts = {c: len(self.base_names(c)) for c in ("input", "output", "parameter")}
+        return f"<FMU {self.model_name} {self.guid}: {', '.join(html.count(n, c) for c, n in counts.items())}>"
+
+    def _repr_html_(self) -> str:
+        """Return a table of the variables, for a notebook."""
+        head = "variable", "causality", "variability", "unit", "description"
+        made = f"made by {self.generation_tool}, GUID {self.guid}" if self.generation_tool else f"GUID {self.guid}"
+        return html.title(f"FMU {self.model_name}", self.description, made) + html.table(head, self.overview())
+
+    def overview(self) -> list[tuple[str, str, str, str, str]]:
+        """Return name with size, causality, variability, unit and description of each array, rates of states left out.
+
+        A start value is no part of it: most are arrays.
+        """
+        rows: list[tuple[str, str, str, str, str]] = []
+        for base, g in self.groups.items():
+            first = self.variables[g.elements[0]]
+            if not base.startswith("der("):
+                size = f"[{','.join(map(str, g.shape))}]" if g.shape else ""
+                rows.append((f"{base}{size}", first.causality, first.variability, first.unit or "", first.description))
+        return rows
 
     @cached_property
     def groups(self) -> Mapping[str, Group]:

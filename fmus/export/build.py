@@ -43,6 +43,7 @@ def build(
 
     if backend not in BACKENDS:
         raise BuildError(f"unknown back end {backend!r}. Back ends: {', '.join(BACKENDS)}.")
+    component = references.of_file(component)
     with blamed(_users_folder(component)):
         if backend == "python":
             return build_python(component, Path(path))
@@ -108,7 +109,7 @@ _building: dict[Path, threading.Lock] = {}
 
 
 def build_reference(
-    reference: str,
+    reference: "str | type",
     backend: str = "native",
     platforms: Sequence[str] = ("host",),
     folder: Path | None = None,
@@ -116,7 +117,7 @@ def build_reference(
     name: str | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Path:
-    """Return the FMU of a component reference, built only if it is missing or out of date. Threads may share it.
+    """Return the FMU of a reference or class, built only if it is missing or out of date. Threads may share it.
 
     folder: where to put it instead of the cache; there it is always built, and nothing is kept beside it.
     values: start values to build in, by variable name. name: the FMU's name (default: the component's, with its

@@ -2,6 +2,7 @@
 
 import inspect
 import re
+import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,8 +12,9 @@ from components.catalog import CATALOG, MODULES
 from fmus.description.names import nearest
 from fmus.errors import UnknownComponent
 from fmus.export.blame import blamed
+from fmus.export.cells import file_of_class, is_of_session
 from fmus.export.source_loader import import_from
-from fmus.export.sources import Sources, sources_of
+from fmus.export.sources import OURS, Sources, sources_of
 
 if TYPE_CHECKING:
     from components.framework import Component
@@ -55,8 +57,10 @@ class Reference:
             raise UnknownComponent(self.name, text)
 
 
-def parse(text: str) -> Reference:
-    """Return a reference; raises UnknownComponent where the text is none."""
+def parse(text: "str | type") -> Reference:
+    """Return a reference from a text or a class; raises UnknownComponent where it is none."""
+    if isinstance(text, type):
+        return _of_class(text)
     head, *parts = re.split(r":(?![\\/])", text)
     file = Path(head) if head.endswith(".py") else None
     name = parts.pop(0) if file is not None and parts and "=" not in parts[0] else head
@@ -69,6 +73,28 @@ def parse(text: str) -> Reference:
     if file is not None and name == head:
         name = _only_class(file)
     return Reference(text, file, name, tuple(structure))
+
+
+def of_file(component: "Component") -> "Component":
+    """Return the component, made of a class that has a file: one of a notebook's cell gets one (cells.py)."""
+    cls = type(component)
+    if not is_of_session(cls):
+        return component
+    return type(parse(cls).component())(**component.given)
+
+
+def _of_class(cls: type) -> Reference:
+    from components.framework import Component
+
+    name, full = cls.__name__, f"{cls.__module__}.{cls.__qualname__}"
+    if not issubclass(cls, Component):
+        raise UnknownComponent(name, f"{full} is no component: derive it from components.framework.Component.")
+    if name in CATALOG and CATALOG[name] is cls:
+        return Reference(name, None, name, ())
+    if cls.__module__.partition(".")[0] in OURS:
+        raise UnknownComponent(name, f"{full} is none of the catalog: derive a class of your own from it.")
+    file = file_of_class(cls) if is_of_session(cls) else Path(str(sys.modules[cls.__module__].__file__))
+    return Reference(f"{file}:{name}", file, name, ())
 
 
 def _hint(name: str, known: Iterable[str]) -> str:

@@ -1,6 +1,7 @@
 """Time is a count of a rational step: exact for 1/30 s as for 1 ms, the same in both loops, the FMUs' too."""
 
 import math
+import re
 from fractions import Fraction
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 
 from cosim.errors import TimeError
 from cosim.results.result import Result
-from cosim.time import LARGEST_INTEGER, Schedule, exact_seconds, parse_seconds
+from cosim.time import LARGEST_INTEGER, Schedule, exact_seconds, parse_seconds, written
 
 from . import both
 from .c_fmu import build, integer, real
@@ -106,11 +107,17 @@ def test_at_the_start_time_and_the_last_short_step(witness):
 
 
 FILE = """
+from fractions import Fraction
+
 from cosim.system import Experiment, System
 
 
 def system():
     return System(name="alone", components={{"w": {path!r}}}), Experiment(stop_time=1.0, communication_step_size=0.1)
+
+
+def thirtieths():
+    return system()[0], Experiment(stop_time=Fraction(7, 3), communication_step_size=1 / 30)
 """
 
 
@@ -129,10 +136,23 @@ class TestCommandLine:
         assert result.info["communication_step"] == "1/30 s"
         assert result["w.gaps"][-1] == 0
 
+    def test_fractions_are_shown(self, run, adcs):
+        done = adcs("show", "alone.py:thirtieths")
+        assert done.out.startswith("alone: 7/3 s in steps of 1/30 s, master Explicit()"), done.err
+
     @pytest.mark.parametrize("step", ["1/0", "1/3/3", "1//30", "0/30", "-1/30", "1/30 parsec", "1/30000000000"])
     def test_what_is_no_step(self, run, step):
         done = run("--step", step)
         assert (done.status, "TimeError: " in done.err) == (2, True)
+
+    def test_a_step_that_was_computed(self, run):
+        done = run("--step", "33.333333333333336 ms", "--stop", "0.30000000000000004")
+        assert done.status == 0, done.err
+        assert Result.read("out").time.tolist() == [k / 30 for k in range(10)]
+
+    def test_a_step_that_means_nothing_gets_the_nearest_that_would_do(self, run):
+        done = run("--step", "0.0333333333333")
+        assert (done.status, "The nearest that would do is 1/30 s" in done.err) == (2, True)
 
     @pytest.mark.parametrize("every", ["0", "-1", "99999999999999999999"])
     def test_every_is_a_whole_number_that_can_be_counted(self, run, every):
@@ -160,6 +180,18 @@ class TestExactSeconds:
             (-0.1 - 0.2, Fraction(-3, 10)),
             (np.float64(0.1), Fraction(1, 10)),
             (np.float64(1 / 30), THIRTIETH),
+            (7 * (1 / 30), Fraction(7, 30)),
+            (1 / 3 - 1 / 4, Fraction(1, 12)),
+            (1e8 / 3, Fraction(10**8, 3)),
+            (np.float32(0.1), Fraction(1, 10)),
+            (np.float32(0.001) * 7, Fraction(7, 1000)),
+            (np.float32(1 / 30), THIRTIETH),
+            (np.float32(100) / 3, Fraction(100, 3)),
+            (np.float32(0.12345), Fraction("0.12345")),
+            (np.float32(12345.678), Fraction("12345.678")),
+            (np.float16(0.1), Fraction(1, 10)),
+            (np.longdouble(0.1), Fraction(1, 10)),
+            (0.0, Fraction(0)),
         ],
         ids=str,
     )
@@ -171,11 +203,55 @@ class TestExactSeconds:
         with pytest.raises(TimeError, match=r"^t is .*\. Times are whole nanoseconds or fractions: 0\.001, Fraction"):
             exact_seconds(given, "t")
 
+    @pytest.mark.parametrize(
+        ("given", "nearest"),
+        [
+            (math.pi, "3.141592654 s"),
+            (0.0333333333333, "1/30 s"),
+            (sum([0.1] * 1000), "100 s"),
+            (1e-10, "0.000000001 s"),
+            (-1e-10, "-0.000000001 s"),
+            (Fraction(1, 10**9 + 1), "0.000000001 s"),
+        ],
+        ids=str,
+    )
+    def test_what_would_do_instead_is_offered(self, given, nearest):
+        with pytest.raises(TimeError, match=f"The nearest that would do is {re.escape(nearest)}\\. Times are"):
+            exact_seconds(given, "t")
+        assert written(exact_seconds(parse_seconds(nearest, "t"), "t")) == nearest
+
+    def test_what_is_not_finite_has_no_nearest(self):
+        with pytest.raises(TimeError) as raised:
+            exact_seconds(math.nan, "t")
+        assert "nearest" not in str(raised.value)
+
+    @pytest.mark.parametrize("precision", [np.float32, np.float64])
+    def test_decimals_are_not_taken_for_a_fraction_by_chance(self, precision):
+        """Of 2000 numbers with seven digits at random, each is the one that is written."""
+        numbers = np.random.default_rng(1).integers(10**6, 10**7, 2000)
+        for number in numbers:
+            given = precision(f"{number}e-6")
+            meant = exact_seconds(given, "t")
+            assert precision(float(meant)) == given
+            assert meant == Fraction(int(number), 10**6) or precision is np.float32  # 24 bits have not all of them
+
     def test_texts(self):
         assert parse_seconds("1/30", "t") == THIRTIETH
         assert parse_seconds("1/4", "t") == 0.25 and isinstance(parse_seconds("1/4", "t"), float)
         assert parse_seconds("2 min", "t") == 120.0
         assert parse_seconds("1/30 min", "t") == 2.0
+
+    @pytest.mark.parametrize(
+        ("text", "meant"),
+        [
+            ("0.30000000000000004", Fraction(3, 10)),
+            ("16.666666666666668 ms", Fraction(1, 60)),
+            ("0.033333333333333333333", THIRTIETH),
+            ("33.333333 ms", Fraction(33_333_333, 10**9)),
+        ],
+    )
+    def test_texts_of_computed_numbers(self, text, meant):
+        assert exact_seconds(parse_seconds(text, "t"), "t") == meant
 
 
 class TestSchedule:

@@ -7,8 +7,9 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from cosim.errors import CallFailed, NotSupported, SimulationError, status_name
+from cosim.errors import CallFailed, NotSupported, SimulationError, StepFailed, status_name
 from cosim.masters.calls import refusal
+from cosim.masters.culprit import blame
 from cosim.masters.kernel.library import library
 from cosim.masters.kernel.structures import CALLS, MEMORY, NOT_FINITE, REFUSED, Packed
 from cosim.masters.master import Outcome
@@ -48,7 +49,7 @@ class Kernel:
 
     def __init__(self, turns: Turns, slaves: Mapping[str, Slave], watch: Watch) -> None:
         self.turns, self.watch = turns, watch
-        self.slaves = [slaves[turn.component.name] for turn in turns.all]
+        self._named, self.slaves = slaves, [slaves[turn.component.name] for turn in turns.all]
         found = [slave.c_interface() for slave in self.slaves]
         instances = [interface for interface in found if isinstance(interface, CInterface)]
         self._packed, self._library = _pack(turns, self.slaves, instances), library()
@@ -77,6 +78,8 @@ class Kernel:
         self._note_warnings()
         if run.failed_call:
             self._failure = self._told()
+            if isinstance(self._failure, StepFailed):
+                blame(self._failure, self._named)
             if run.done == point.index:
                 raise self._failure  # else at the next call: what was reached before it counts
         return Outcome(self._reached(point.texts))

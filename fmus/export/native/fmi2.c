@@ -49,6 +49,10 @@ enum { FIELD = 1 }; /* in the text of a condition: the place of a number */
 
 #include "model.h"
 
+#if !SAMPLED && NX
+#include "internal_step.c"
+#endif
+
 /* ---- data ------------------------------------------------------------------------------------------------------- */
 
 enum { P0 = 0, C0 = P0 + NP, U0 = C0 + NC, X0 = U0 + NU, Y0 = X0 + NX, D0 = Y0 + NY, NV = D0 + ND };
@@ -74,6 +78,9 @@ typedef struct {
     State s;
     fmi2CallbackFunctions callbacks;
     char name[256];
+#if !SAMPLED && NX
+    InternalStep internal_step; /* what is to be told of it, once */
+#endif
 } Instance;
 
 typedef struct { /* an FMU state as a host keeps it, in memory or as bytes; its head tells whose it is */
@@ -89,18 +96,33 @@ enum { SAVED_VERSION = 2 };
 
 /* ---- messages --------------------------------------------------------------------------------------------------- */
 
-/* All that this FMU ever logs are errors, which a host wants to see whatever it has switched on. */
-static fmi2Status fail(const Instance *it, const char *format, ...)
+/* All that this FMU ever logs are errors and one warning, which a host wants to see whatever it has switched on. */
+static void tell(const Instance *it, fmi2Status status, const char *category, const char *format, va_list arguments)
 {
     char text[1024];
-    va_list arguments;
-    if (!it->callbacks.logger) return fmi2Error;
-    va_start(arguments, format);
+    if (!it->callbacks.logger) return;
     vsnprintf(text, sizeof text, format, arguments);
+    it->callbacks.logger(it->callbacks.componentEnvironment, it->name, status, category, "%s", text);
+}
+
+static fmi2Status fail(const Instance *it, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    tell(it, fmi2Error, "logStatusError", format, arguments);
     va_end(arguments);
-    it->callbacks.logger(it->callbacks.componentEnvironment, it->name, fmi2Error, "logStatusError", "%s", text);
     return fmi2Error;
 }
+
+#if !SAMPLED && NX
+static void warn(const Instance *it, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    tell(it, fmi2Warning, "logStatusWarning", format, arguments);
+    va_end(arguments);
+}
+#endif
 
 static const char *in_words(int mode)
 {
@@ -344,6 +366,79 @@ static int check_conditions(const Instance *it)
 }
 #endif
 
+#if !SAMPLED && NX
+/* result = df/dx seed, NX values each; v and d are rooms like State.v. */
+static void jacobian_times(const State *s, const double *seed, double *result, double *v, double *d)
+{
+    memset(v, 0, NV * sizeof *v);
+    memset(d, 0, NV * sizeof *d);
+    memcpy(X(v), seed, NX * sizeof *v);
+    tangent(s, 0, v, d);
+    memcpy(result, D(d), NX * sizeof *v);
+}
+
+#if NX <= LARGEST_MATRIX
+/* Put the eigenvalues of df/dx into `lambda`, which has place for NX; return how many, 0 where they cannot be had. */
+static int fastest(const State *s, Complex *lambda)
+{
+    Complex *h = (Complex *)calloc(NX * NX + 2 * NX, sizeof *h);
+    double seed[NX] = {0}, column[NX], v[NV + 1], d[NV + 1];
+    int i, j, found = h != NULL;
+    for (j = 0; j < NX && found; j++) {
+        seed[j] = 1;
+        jacobian_times(s, seed, column, v, d);
+        seed[j] = 0;
+        for (i = 0; i < NX; i++) h[i * NX + j].re = column[i], found = found && isfinite(column[i]);
+    }
+    found = found && eigenvalues(h, NX, lambda, h + NX * NX);
+    free(h);
+    return found ? NX : 0;
+}
+#else
+/* Put the eigenvalue with the largest modulus, as one that decays, into `lambda`; return 1, 0 where it cannot be had. */
+static int fastest(const State *s, Complex *lambda)
+{
+    double seed[NX], column[NX], v[NV + 1], d[NV + 1], growth = 0;
+    int i, k;
+    for (i = 0; i < NX; i++) seed[i] = cos(1.0 + i * i);
+    for (k = 0; k < GROWTH_STEPS; k++) {
+        double size = 0;
+        jacobian_times(s, seed, column, v, d);
+        for (i = 0; i < NX; i++) size = hypot(size, column[i]);
+        if (!(size > 0) || !isfinite(size)) return 0;
+        for (i = 0; i < NX; i++) seed[i] = column[i] / size;
+        if (k > 0 && k >= GROWTH_STEPS / 2) growth += log(size);
+    }
+    lambda->re = -exp(growth / (GROWTH_STEPS - GROWTH_STEPS / 2));
+    lambda->im = 0;
+    return 1;
+}
+#endif
+
+/* See up to which internal step RK4 follows the dynamics as they are now. */
+static void judge_internal_step(Instance *it)
+{
+    Complex lambda[NX];
+    const double largest = P(it->s.v)[SOLVER_STEP];
+    const int n = largest > 0 && isfinite(largest) ? fastest(&it->s, lambda) : 0;
+    it->internal_step = judged(lambda, n, largest);
+}
+
+/* Tell once that internal steps are too long. */
+static void warn_of_internal_step(Instance *it, double h)
+{
+    const InternalStep *told = &it->internal_step;
+    if (told->unstable)
+        warn(it, "%s: an internal step of %.3g s is too long for its dynamics: at the start a rate of %.3g 1/s decays, "
+             "which RK4 lets grow. solver.step = %.3g s would do.", MODEL_NAME, h, told->rate, told->advice);
+    else
+        warn(it, "%s: an internal step of %.3g s is too long for its dynamics: at the start it turns or swings at a rate of "
+             "%.3g 1/s, of which RK4 loses more than %g in %g revolutions. solver.step = %.3g s would do.", MODEL_NAME, h,
+             told->rate, LOSS, REVOLUTIONS, told->advice);
+    it->internal_step.longest = 0;
+}
+#endif
+
 fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
     ENTER("fmi2ExitInitializationMode", INITIALIZATION);
@@ -357,6 +452,9 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c)
     if (check_conditions(it)) return fmi2Error;
 #endif
     s->mode = STEPPING;
+#if !SAMPLED && NX
+    judge_internal_step(it);
+#endif
     return fmi2OK;
 }
 
@@ -596,6 +694,8 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real step, fmi2Boolean no
     {
         /* A master's step is a difference of two times, each rounded: it may be longer than meant by some ulp of t. */
         const double n = ceil((step - 4 * DBL_EPSILON * (fabs(t) + step)) / P(s->v)[SOLVER_STEP] - 1e-9);
+        const double h = n > 1 ? step / n : step;
+        if (it->internal_step.longest > 0 && h > it->internal_step.longest) warn_of_internal_step(it, h);
         integrate(s, t, step, n > 1 ? (int)n : 1);
     }
 #endif

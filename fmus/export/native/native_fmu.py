@@ -27,6 +27,7 @@ from fmus.toolchain import HOST, SUFFIXES, compile_library, host_platform, resol
 
 BACKEND = "native"
 RUNTIME = Path(__file__).with_name("fmi2.c")
+INCLUDED = (Path(__file__).with_name("internal_step.c"),)
 HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
 FIELD = "\1"  # stands for a number in the text of a condition, as in fmi2.c
 
@@ -79,6 +80,7 @@ def native_sources(component: Component, description: ModelDescription) -> dict[
     """Return the C sources of an FMU by file name; fmi2.c is the one to compile."""
     code, sizes = _generated(component)
     sources = {file: (Path(fmpy.__file__).parent / "c-code" / file).read_bytes() for file in HEADERS}
+    sources |= {file.name: file.read_bytes() for file in INCLUDED}
     sources |= {RUNTIME.name: RUNTIME.read_bytes(), "model.c": code, "model.h": _model_header(component, description)}
     sources["model.c"] += sizes
     sources["model.h"] += f'#define MODEL_GUID "{native_guid(description, sources)}"\n'.encode()

@@ -44,6 +44,7 @@ class InProcessSlave:
     def instantiate(self) -> None:
         """Start afresh."""
         self._runtime = Runtime(self._component)
+        self._runtime.warn = self.messages.append
 
     def setup_experiment(self, t: float, tolerance: float | None = None, stop: float | None = None) -> None:
         """Announce the start time."""

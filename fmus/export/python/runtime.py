@@ -11,7 +11,7 @@ inputs of that instant. Outputs are evaluated when they are read.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ import numpy as np
 from fmus.description.annotations import COMMIT_SHOWN, SAMPLE_TIME, SOLVER_STEP
 from fmus.export.python import plain
 from fmus.export.python.buffered import Buffered
+from fmus.export.python.internal_step import InternalStep, judged
 from fmus.export.python.vector import RuntimeFailure, Vector
 
 TICK = 1e-9  # s, how near to a communication point a sample counts as due there
@@ -47,6 +48,8 @@ class Runtime(Vector):
         self._step_index = self._index(SOLVER_STEP)
         self._period_index = self._index(SAMPLE_TIME)
         self._shown_index = self._index(COMMIT_SHOWN)
+        self.warn: Callable[[str], None] = lambda _text: None
+        self._internal: InternalStep | None = None  # what is to be told of it, once
         self._bind()
 
     def _bind(self) -> None:
@@ -67,6 +70,10 @@ class Runtime(Vector):
         elif part.states:
             arguments = [t, x, u, self._u1, self._u2, p, c, self._s, self._h]
             self._advance = Buffered(f.advance, arguments, [self._x_next])
+            self._seed, self._along = np.zeros_like(x), np.zeros_like(x)
+            still = [np.zeros_like(v) for v in (t, u, p, c)]
+            arguments = [t, x, u, p, c, np.zeros(0), still[0], self._seed, *still[1:]]
+            self._tangent = Buffered(f.rates.forward(1), arguments, [self._along])
         if self._means:
             self._mean_rates = Buffered(f.mean_rates, [t, x, u, p, c], [m])
             self._quantities = Buffered(f.means, [t, x, p, c], [self._q1])
@@ -134,6 +141,14 @@ class Runtime(Vector):
         self._check()
         self.due = bool(self.component.sampled)
         self.stepping = True
+        if self._step_index is not None:
+            self._internal = judged(self._jacobian_times, len(self.x), float(self.v[self._step_index]))
+
+    def _jacobian_times(self, vector: np.ndarray) -> np.ndarray:
+        """Return the product of df/dx, as it is now, with a vector."""
+        self._seed[:] = vector
+        self._tangent.run()
+        return self._along.copy()
 
     def _check(self) -> None:
         if self._period_index is not None and not self.v[self._period_index] > 0:
@@ -193,6 +208,9 @@ class Runtime(Vector):
         if self._means:
             self._quantities.run()
             self._q0[:] = self._q1
+        if self._internal is not None and h > self._internal.longest:
+            self.warn(self._internal.told(self.name, h))
+            self._internal = None
         run, (x, x_next), s = self._advance.run, self._x_views, self._s
         for i in range(n):
             s[0] = i * h

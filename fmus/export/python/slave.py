@@ -66,6 +66,7 @@ class ComponentSlave(Fmi2Slave):
         refusals = load(source, files, "fmus.export.python.vector").RuntimeFailure
         self._told = lambda e: str(e) if isinstance(e, refusals) else told(e, source) or f"{type(e).__name__}: {e}"
         self.runtime = runtime.Runtime(component, settings["model_name"])
+        self.runtime.warn = lambda text: self.log(text, Fmi2Status.warning)
         self.get_real, self.set_real = self._guarded(self.runtime.get), self._guarded(self.runtime.set)
         self._advance = self._guarded(self.runtime.do_step)
 

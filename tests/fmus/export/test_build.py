@@ -195,11 +195,11 @@ def test_what_only_a_type_checker_imports_does_not_travel():
         "fmus/__init__.py",
         *(
             f"fmus/description/{name}.py"
-            for name in ("__init__", "annotations", "description", "errors", "names", "units")
+            for name in ("__init__", "annotations", "description", "errors", "html", "names", "units")
         ),
         *(f"fmus/export/{name}.py" for name in ("__init__", "describe", "regions", "source_loader")),
         "fmus/export/python/__init__.py",
-        *(f"fmus/export/python/{name}.py" for name in ("buffered", "plain", "runtime", "vector")),
+        *(f"fmus/export/python/{name}.py" for name in ("buffered", "internal_step", "plain", "runtime", "vector")),
     }
 
 
