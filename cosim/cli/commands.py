@@ -192,9 +192,10 @@ def run(
     from cosim.flights import simulate
     from cosim.studies import metrics, papers
     from cosim.system.overrides import with_parameters
+    from cosim.time import parse_seconds
 
     with _reported():
-        system, experiment = scenario.load(name)
+        system, experiment = scenario.load(name, None if stop is None else parse_seconds(stop, "--stop"))
         owner = papers.find_owner(name)
         usual = metrics.THRESHOLD if owner is None else owner.settled
         threshold = usual if settled is None else overrides.parse_degrees(settled, "--settled")

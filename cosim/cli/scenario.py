@@ -15,6 +15,7 @@ from cosim.errors import SimulationError, UnknownName
 from cosim.studies import papers
 from cosim.system import Experiment, System
 from cosim.system.reference import Reference, is_fmu
+from cosim.time import Seconds
 from fmus.description.read import read_description
 
 Scenario = tuple[System, Experiment]
@@ -28,17 +29,17 @@ class NoScenario(ScenarioError):
     """A file without any function that could give a system."""
 
 
-def load(name: str | Path) -> Scenario:
+def load(name: str | Path, stop: Seconds | None = None) -> Scenario:
     """Return the system and experiment of NAME, FILE.py[:function] or FILE.fmu, which flies alone.
 
     The function takes no arguments and returns (System, Experiment); it need not be named if it is the only such
     function or is called `system`. FMU references of the file (FILE.py:Class, FILE.fmu) are relative to the file's
-    folder.
+    folder. `stop`: the stop time of an FMU alone, s, instead of its own.
     """
     reference = os.path.expanduser(name)
     file, _, function = reference.partition(".py:") if ".py:" in reference else (reference, "", "")
     if is_fmu(reference):
-        return _alone(Path(reference))
+        return _alone(Path(reference), stop)
     if not function and not reference.endswith(".py"):
         return papers.scenario(reference)
     path = Path(f"{file}.py" if function else file)
@@ -69,7 +70,7 @@ def load(name: str | Path) -> Scenario:
     return replace(system, components=components), experiment
 
 
-def _alone(path: Path) -> Scenario:
+def _alone(path: Path, stop: Seconds | None) -> Scenario:
     """Return a system of one FMU, its inputs held at their start values, flown as its DefaultExperiment says.
 
     Where that names no step, a thousand are taken. Raises `FmuError`, `ScenarioError` where it names no stop time.
@@ -78,11 +79,10 @@ def _alone(path: Path) -> Scenario:
     proposed = description.default_experiment
     name = re.sub(r"\W", "_", path.stem)
     start = proposed.start or 0.0
-    stop = proposed.stop
+    stop = proposed.stop if stop is None else stop
     if stop is None or stop <= start:
-        raise ScenarioError(
-            f"{path} has no stop time in its DefaultExperiment. Fly it in a system of your own: FILE.py:function."
-        )
+        after = f" after its start time {start:g} s" if stop is not None else ""
+        raise ScenarioError(f"{path} has no stop time{after} in its DefaultExperiment. Give it one: --stop 10.")
     step = proposed.step_size or (stop - start) / 1000
     system = System(name=name, components={name: str(path)}, hold_unconnected=True)
     return system, Experiment(stop_time=stop, communication_step_size=step, start_time=start)

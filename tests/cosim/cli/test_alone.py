@@ -46,7 +46,10 @@ def test_it_flies_as_its_default_experiment_says(adcs, integrator, folder):
 def test_without_a_stop_time_it_says_so(adcs, integrator, folder):
     proposing(integrator, folder / "mine.fmu", "")
     done = adcs("run", "mine.fmu")
-    assert (done.status, "mine.fmu has no stop time in its DefaultExperiment" in done.err) == (2, True)
+    told = "mine.fmu has no stop time in its DefaultExperiment. Give it one: --stop 10."
+    assert (done.status, told in done.err) == (2, True)
+    assert adcs("run", "mine.fmu", "--stop", "0.5").status == 0
+    assert Result.read("results/mine").time[-1] == 0.5
 
 
 def test_unconnected_inputs_are_refused_with_their_own_start_values(integrator):
