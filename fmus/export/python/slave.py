@@ -45,7 +45,8 @@ class ComponentSlave(Fmi2Slave):
         resources = Path(kwargs["resources"])
         source = resources / "source"
         settings = json.loads((resources / "component.json").read_text(encoding="utf-8"))
-        files = [p.relative_to(source).as_posix() for p in source.rglob("*.py")]
+        found = (p for p in source.rglob("*") if p.is_file() and p.parent.name != "__pycache__")
+        files = [p.relative_to(source).as_posix() for p in found]
         load = _loader(source).import_from
         cls = getattr(load(source, files, settings["module"]), settings["class"])
         component = cls(**settings["values"])
