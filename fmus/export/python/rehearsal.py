@@ -72,7 +72,7 @@ def _run(script: Path) -> tuple[Exception | None, Reads]:
     try:
         with noting(reads):
             spec.loader.exec_module(module)
-            module.ComponentSlave(instance_name=script.stem, resources=str(script.parent)).terminate()
+            module.ComponentSlave(instance_name=script.stem, resources=str(script.parent)).runtime.release()
     except Exception as error:
         return error, reads
     finally:

@@ -206,7 +206,7 @@ def test_a_data_file_of_a_component_of_ours(tmp_path):
         shutil.copytree(source, tmp_path / source.name, ignore=shutil.ignore_patterns("__pycache__"))
     file = tmp_path / "components" / "environment" / "harmonic_torque.py"
     reading = "start=float(__import__('pathlib').Path(__file__).with_name('rate.csv').read_text())"
-    file.write_text(file.read_text().replace("start=zhang2018.ORBIT_RATE", reading))
+    file.write_text(file.read_text().replace("start=neutral.ORBIT_RATE", reading))
     code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\n{textwrap.dedent(CATALOG)}"
 
     def lines() -> list[str]:
