@@ -11,7 +11,9 @@ import json
 import os
 import tempfile
 import threading
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import time
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from components.framework import Component
 
 BACKENDS = ("native", "python")
+TELL_EVERY = 5.0  # s
 
 
 def build(
@@ -126,8 +129,8 @@ def build_reference(
     if folder is not None:
         component, order, _ = _component(order)
         target = folder / f"{order.name}.fmu"
-        _announce(order, announce)
-        return build(component, target, order.backend, platforms)
+        with _time_told(order, announce):
+            return build(component, target, order.backend, platforms)
     with _building.setdefault(order.path, threading.Lock()):
         kept = _kept(order)
         return kept if kept is not None else _build_and_keep(order, announce)
@@ -147,6 +150,28 @@ def _component(order: _Order) -> "tuple[Component, _Order, Reads]":
     return component, replace(order, backend="python" if component.python_only else order.backend), reads
 
 
+@contextmanager
+def _time_told(order: _Order, announce: Callable[[str], None] | None) -> Generator[None]:
+    """Tell what is built, and while it takes long how much time it has taken so far."""
+    _announce(order, announce)
+    if announce is None:
+        yield
+        return
+    done, began = threading.Event(), time.monotonic()
+
+    def tell() -> None:
+        while not done.wait(TELL_EVERY):
+            announce(f"building {order.name} ({order.backend}): {time.monotonic() - began:.0f} s so far")
+
+    teller = threading.Thread(target=tell, daemon=True)
+    teller.start()
+    try:
+        yield
+    finally:
+        done.set()
+        teller.join()
+
+
 def _announce(order: _Order, announce: Callable[[str], None] | None) -> None:
     if announce is not None:
         announce(f"building {order.name} ({order.backend})")
@@ -156,9 +181,8 @@ def _build_and_keep(order: _Order, announce: Callable[[str], None] | None) -> Pa
     keys = {b: replace(order, backend=b).key for b in BACKENDS}  # before the import: of what is there now, or older
     component, order, reads = _component(order)
     path = order.path
-    _announce(order, announce)
     with tempfile.TemporaryDirectory(dir=places.workshop(path.parent), prefix=".build-") as place:  # nobody else's
-        with noting(reads):
+        with noting(reads), _time_told(order, announce):
             made = build(component, Path(place) / path.name, order.backend, order.platforms)
         note = Path(place) / "note"
         note.write_bytes(_note(keys[order.backend], _digest(made), component.python_only, reads))
