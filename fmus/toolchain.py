@@ -83,11 +83,17 @@ def compiler_name() -> str:
 
 
 def compile_library(
-    folder: Path, source: str, output: Path, platform: str = HOST, include: tuple[Path, ...] = ()
+    folder: Path,
+    source: str,
+    output: Path,
+    platform: str = HOST,
+    include: tuple[Path, ...] = (),
+    optimisation: str | None = None,
 ) -> None:
     """Compile one C source, named relative to its folder, into the shared library `output`.
 
-    platform: "host", "linux64", "win64" or "darwin64". include: folders of further headers. Raises BuildError, of which
+    platform: "host", "linux64", "win64" or "darwin64". include: folders of further headers. optimisation: "-O1"
+    or the like in place of that of FLAGS. Raises BuildError, of which
     NoCompiler and CompileFailed are kinds: a compiler that compiles nothing at all is none.
     """
     if platform != HOST and platform not in SUFFIXES:
@@ -100,7 +106,8 @@ def compile_library(
             part = Path(place) / str(i) / output.name  # a name inside the library must not tell where it was made
             part.parent.mkdir()
             includes = [f"-I{path.resolve()}" for path in include]
-            arguments = [*command, *FLAGS, *includes, source, "-o", str(part.resolve())]
+            flags = [*FLAGS, *([optimisation] if optimisation else [])]  # the last one counts
+            arguments = [*command, *flags, *includes, source, "-o", str(part.resolve())]
             if system == "darwin64":
                 arguments.append(f"-Wl,-install_name,@rpath/{output.name}")
             if system != "win64":

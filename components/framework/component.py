@@ -34,6 +34,9 @@ class Component:
 
     t is a scalar, and x, u, p hold every variable of their role under its name, as CasADi scalars, columns and
     matrices; p has the calculated parameters too. All are pure functions: branches are `ca.if_else`.
+
+    A data file lies beside the module, which reads it as `Path(__file__).with_name("table.csv")` when it is imported or
+    in one of these functions. What was read belongs to what is built: changed, it is built again.
     """
 
     ports: ClassVar[type | tuple[type, ...]] = ()

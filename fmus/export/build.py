@@ -1,17 +1,19 @@
 """Build what is missing or out of date: component references -> NAME.fmu in the user's cache.
 
-An FMU is up to date while its key (keys.py) is that of what it would be made from now. Finding that out reads files;
-CasADi, the components and the back ends are imported when something is built.
+An FMU is up to date while its key (keys.py) is that of what it would be made from now, the files that its component's
+code read included. Finding that out reads files; CasADi, the components and the back ends are imported when something
+is built.
 """
 
 import ast
 import hashlib
 import json
 import os
-import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import time
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,14 +22,16 @@ from components.catalog import CATALOG, MODULES
 from fmus import places
 from fmus.errors import BuildError, PlaceUnusable
 from fmus.export import references
-from fmus.export.keys import key_of
+from fmus.export.keys import key_of, with_reads
+from fmus.export.reads import Reads, hash_of_file, noting
 from fmus.export.references import Reference
-from fmus.export.sources import content, file_of
+from fmus.export.sources import content, file_of, users_file
 
 if TYPE_CHECKING:
     from components.framework import Component
 
 BACKENDS = ("native", "python")
+TELL_EVERY = 5.0  # s
 
 
 def build(
@@ -44,17 +48,11 @@ def build(
     if backend not in BACKENDS:
         raise BuildError(f"unknown back end {backend!r}. Back ends: {', '.join(BACKENDS)}.")
     component = references.of_file(component)
-    with blamed(_users_folder(component)):
+    file = users_file(type(component))
+    with blamed(file and file.parent):
         if backend == "python":
             return build_python(component, Path(path))
         return build_native(component, Path(path), platforms=platforms)
-
-
-def _users_folder(component: "Component") -> Path | None:
-    """Return the folder of a component that is not ours."""
-    module = sys.modules[type(component).__module__]
-    ours = type(component).__module__.partition(".")[0] == "components"
-    return None if ours or not module.__file__ else Path(module.__file__).resolve().parent
 
 
 # ---- what is kept ----------------------------------------------------------------------------------------------
@@ -80,25 +78,26 @@ class _Order:
 
     @property
     def key(self) -> str:
-        """The hash of all that the FMU would be made from."""
+        """The hash of all that the FMU would be made from, but for what its component's code reads."""
         return key_of(self.reference, self.name, self.backend, self.platforms, self.values)
 
     def is_up_to_date(self, python_only: bool) -> bool:
         """Whether the FMU that is kept is the one that would be built; python_only: and there is no native one."""
         try:
             noted, digest = _note_file(self.path).read_bytes(), _digest(self.path)
-        except OSError:  # there is none
+            reads = {name: hash_of_file(name) for name in json.loads(noted)[-1]}
+        except (OSError, ValueError, TypeError, LookupError):  # there is none, or it is damaged
             return False
-        return noted in [_note(self.key, digest, only) for only in ((True,) if python_only else (True, False))]
+        return noted in [_note(self.key, digest, only, reads) for only in ((True,) if python_only else (True, False))]
 
 
 def _note_file(fmu: Path) -> Path:
     return fmu.with_name(f".{fmu.name}.key")
 
 
-def _note(key: str, digest: str, python_only: bool) -> bytes:
-    """Return what is noted beside an FMU: its key, which bytes that is of, whether there can be no native one."""
-    return json.dumps([key, digest, python_only]).encode()
+def _note(key: str, digest: str, python_only: bool, reads: Reads) -> bytes:
+    """Return what is noted beside an FMU: its key, which bytes that is of, is there no native one, what was read."""
+    return json.dumps([with_reads(key, reads), digest, python_only, list(reads)]).encode()
 
 
 def _digest(fmu: Path) -> str:
@@ -128,10 +127,10 @@ def build_reference(
     parsed = references.parse(reference)
     order = _Order(parsed, name or parsed.model_name, backend, tuple(platforms), values)
     if folder is not None:
-        component, order = _component(order)
+        component, order, _ = _component(order)
         target = folder / f"{order.name}.fmu"
-        _announce(order, announce)
-        return build(component, target, order.backend, platforms)
+        with _time_told(order, announce):
+            return build(component, target, order.backend, platforms)
     with _building.setdefault(order.path, threading.Lock()):
         kept = _kept(order)
         return kept if kept is not None else _build_and_keep(order, announce)
@@ -145,12 +144,32 @@ def _kept(order: _Order) -> Path | None:
     return None
 
 
-def _component(order: _Order) -> "tuple[Component, _Order]":
-    """Return the component of an order, and the order with the back end that it can have."""
-    component = order.reference.component()
-    if order.values:
-        component = type(component)(**(component.given | dict(order.values)))
-    return component, replace(order, backend="python" if component.python_only else order.backend)
+def _component(order: _Order) -> "tuple[Component, _Order, Reads]":
+    """Return the component of an order, the order with the back end that it can have, what the component has read."""
+    component, reads = order.reference.component_and_reads(order.values or {})
+    return component, replace(order, backend="python" if component.python_only else order.backend), reads
+
+
+@contextmanager
+def _time_told(order: _Order, announce: Callable[[str], None] | None) -> Generator[None]:
+    """Tell what is built, and while it takes long how much time it has taken so far."""
+    _announce(order, announce)
+    if announce is None:
+        yield
+        return
+    done, began = threading.Event(), time.monotonic()
+
+    def tell() -> None:
+        while not done.wait(TELL_EVERY):
+            announce(f"building {order.name} ({order.backend}): {time.monotonic() - began:.0f} s so far")
+
+    teller = threading.Thread(target=tell, daemon=True)
+    teller.start()
+    try:
+        yield
+    finally:
+        done.set()
+        teller.join()
 
 
 def _announce(order: _Order, announce: Callable[[str], None] | None) -> None:
@@ -160,13 +179,13 @@ def _announce(order: _Order, announce: Callable[[str], None] | None) -> None:
 
 def _build_and_keep(order: _Order, announce: Callable[[str], None] | None) -> Path:
     keys = {b: replace(order, backend=b).key for b in BACKENDS}  # before the import: of what is there now, or older
-    component, order = _component(order)
+    component, order, reads = _component(order)
     path = order.path
-    _announce(order, announce)
     with tempfile.TemporaryDirectory(dir=places.workshop(path.parent), prefix=".build-") as place:  # nobody else's
-        made = build(component, Path(place) / path.name, order.backend, order.platforms)
+        with noting(reads), _time_told(order, announce):
+            made = build(component, Path(place) / path.name, order.backend, order.platforms)
         note = Path(place) / "note"
-        note.write_bytes(_note(keys[order.backend], _digest(made), component.python_only))
+        note.write_bytes(_note(keys[order.backend], _digest(made), component.python_only, reads))
         try:
             os.replace(made, path)  # it is on the disk
             places.keep(note, _note_file(path))

@@ -1,7 +1,8 @@
 """The key of a built FMU: the hash of all that it was made from. Reads files, imports no component, builds nothing.
 
-What the FMU is made from: the component's source files, found by reading their imports; this package, which makes it;
-the reference, its structure and values; the versions of the libraries; the compiler.
+What the FMU is made from: the component's source files, found by reading their imports; the files that its code read
+when it was built (reads.py); this package, which makes it; the reference, its structure and values; the versions of the
+libraries; the compiler.
 """
 
 import hashlib
@@ -22,7 +23,7 @@ LIBRARIES = ("casadi", "fmpy", "pythonfmu")
 def key_of(
     reference: Reference, name: str, backend: str, platforms: Sequence[str], values: Mapping[str, Any] | None
 ) -> str:
-    """Return the key of the FMU `name` of a reference; values: start values that are built in."""
+    """Return the key of the FMU `name` of a reference, but for what its code reads; values: built-in start values."""
     tool = compiler_name() if backend == "native" else ""
     plain: dict[str, Any] = {}
     if values:
@@ -34,6 +35,11 @@ def key_of(
     parts = [repr(what), _libraries(), _exporter()]
     parts += [f"{relative} {_hash(file)}" for relative, file in sources.files.items()]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+
+def with_reads(key: str, reads: Mapping[str, str | None]) -> str:
+    """Return the key of an FMU whose component's code reads files; without any it stays as it is."""
+    return hashlib.sha256(repr((key, sorted(reads.items()))).encode()).hexdigest() if reads else key
 
 
 @cache

@@ -3,17 +3,18 @@
 import inspect
 import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from components.catalog import CATALOG, MODULES
 from fmus.description.names import nearest
 from fmus.errors import UnknownComponent
 from fmus.export.blame import blamed
 from fmus.export.cells import file_of_class, is_of_session
-from fmus.export.source_loader import import_from
+from fmus.export.imports import imported
+from fmus.export.reads import Reads, noting
 from fmus.export.sources import OURS, Sources, sources_of
 
 if TYPE_CHECKING:
@@ -43,13 +44,20 @@ class Reference:
 
     def component(self) -> "Component":
         """Return the component; no CasADi function is built. Raises UnknownComponent, ComponentFailed."""
+        return self.component_and_reads({})[0]
+
+    def component_and_reads(self, values: Mapping[str, Any]) -> "tuple[Component, Reads]":
+        """Return the component with some start values, by variable name, and what its code has read so far."""
+        reads = Reads()
         if self.file is not None:
-            make = _class_of(self.file, self.name)
+            make, reads = _class_of(self.file, self.name)
         else:
             self._require_entry()
-            make = CATALOG[self.name]
-        with blamed(self.file and self.file.resolve().parent):
-            return make().variant(**dict(self.structure)) if self.structure else make()
+            with noting(reads):
+                make = CATALOG[self.name]
+        with blamed(self.file and self.file.resolve().parent), noting(reads):
+            component = make().variant(**dict(self.structure)) if self.structure else make()
+            return (type(component)(**(component.given | dict(values))) if values else component), reads
 
     def _require_entry(self) -> None:
         if self.name not in CATALOG:
@@ -104,36 +112,39 @@ def _hint(name: str, known: Iterable[str]) -> str:
 
 def _sources_of_file(file: Path) -> Sources:
     """Return a user's file with what it imports; a mistake in its syntax is told as such."""
-    if not file.is_file():
-        raise UnknownComponent(str(file), f"there is no file {file}.")
+    _require_file(file)
     path = file.resolve()
     with blamed(path.parent):
         return sources_of(path.stem, path.parent)
 
 
-def _classes(file: Path) -> "dict[str, type[Component]]":
-    """Return the component classes that a file defines itself."""
+def _require_file(file: Path) -> None:
+    if not file.is_file():
+        raise UnknownComponent(str(file), f"there is no file {file}.")
+
+
+def _classes(file: Path) -> "tuple[dict[str, type[Component]], Reads]":
+    """Return the component classes that a file defines itself, and what its code has read."""
     from components.framework import Component
 
-    sources, path = _sources_of_file(file), file.resolve()
-    with blamed(path.parent):
-        ours = {name for name, origin in sources.files.items() if origin.is_relative_to(path.parent)}
-        module = import_from(path.parent, ours, path.stem)
-    members = inspect.getmembers(module, inspect.isclass)
-    return {n: c for n, c in members if issubclass(c, Component) and c.__module__ == module.__name__}
+    _require_file(file)
+    found = imported(file)
+    members = inspect.getmembers(found.module, inspect.isclass)
+    classes = {n: c for n, c in members if issubclass(c, Component) and c.__module__ == found.module.__name__}
+    return classes, found.reads
 
 
-def _class_of(file: Path, name: str) -> "type[Component]":
-    classes = _classes(file)
+def _class_of(file: Path, name: str) -> "tuple[type[Component], Reads]":
+    classes, reads = _classes(file)
     if name not in classes:
         there = ", ".join(classes) or "none"
         text = f"{file} defines no component {name!r}.{_hint(name, classes)} Components in it: {there}."
         raise UnknownComponent(name, text)
-    return classes[name]
+    return classes[name], reads
 
 
 def _only_class(file: Path) -> str:
-    classes = list(_classes(file))
+    classes = list(_classes(file)[0])
     if len(classes) != 1:
         there = ", ".join(classes) or "none"
         raise UnknownComponent(str(file), f"{file}: say which component, as {file}:Class. Components in it: {there}.")

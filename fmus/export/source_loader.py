@@ -4,6 +4,9 @@ All python FMUs of a process share sys.modules: without this, an edited FMU besi
 whose authors both called a module `helper`, would silently run one and the same module. The same loader reads a
 user's FILE.py when an FMU is built. Imports nothing of ours: it travels inside the FMU.
 
+Data files beside the sources are content too. Modules find them by their own place, so that the same content is shared
+by all folders only where it is sources alone.
+
 Inside the folder, an absolute import of a module of the folder (`import helper`, `from components.framework import
 ...`) means that module under the hashed package; every other import means what it always does.
 """
@@ -34,10 +37,16 @@ def content_hash(root: Path, files: Iterable[str]) -> str:
     return digest.hexdigest()
 
 
-def import_from(root: Path, files: Iterable[str], module: str) -> ModuleType:
-    """Import a module of the folder `root` that consists of `files`, under a package name hashed from them."""
+def import_from(root: Path, files: Iterable[str], module: str, edition: str = "") -> ModuleType:
+    """Import a module of the folder `root` that consists of `files`, under a package name hashed from them.
+
+    edition: tells imports of the same content apart, which may have read other files from elsewhere.
+    """
     files = frozenset(files)
-    package = f"{PREFIX}{content_hash(root, files)[:16]}"
+    content = content_hash(root, files)
+    if any(not name.endswith(".py") for name in files):
+        edition += f"\0{root}"
+    package = f"{PREFIX}{hashlib.sha256(f'{content}{edition}'.encode()).hexdigest()[:16]}"
     _FINDER.know(package, _Folder(root, files))
     return importlib.import_module(f"{package}.{module}")
 
@@ -68,11 +77,11 @@ def _place(file: str, module: str, folder: Path) -> str:
 
 
 class _Folder:
-    """A folder of sources: its path, its files, the names that modules in it can begin with."""
+    """A folder of sources: its path, its modules, the names that modules in it can begin with."""
 
     def __init__(self, root: Path, files: frozenset[str]):
-        self.root, self.files = root, files
-        self.top_level = {f.partition("/")[0].removesuffix(".py") for f in files}
+        self.root, self.files = root, frozenset(f for f in files if f.endswith(".py"))
+        self.top_level = {f.partition("/")[0].removesuffix(".py") for f in self.files}
 
 
 class _Finder(importlib.abc.MetaPathFinder):

@@ -2,10 +2,13 @@
 
 Found by reading, so that nothing needs to be imported. Our own files are read once, when this module is imported: what
 this process builds is made of them, however they are edited meanwhile. A user's files are read each time.
+
+A data file in one of our component packages belongs to every module of that package.
 """
 
 import ast
 import os
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -18,7 +21,13 @@ _READ = {
     file: file.read_bytes()
     for package in OURS.values()
     for folder, _, names in os.walk(package)
-    for file in (Path(folder, name) for name in sorted(names) if name.endswith((".py", ".c")))
+    for file in (Path(folder, name) for name in sorted(names))
+    if file.suffix not in (".pyc", ".typed") and not file.name.startswith(".")
+}
+_DATA = {  # file -> the package that it lies in
+    file: next(folder for folder in file.parents if folder / "__init__.py" in _READ)
+    for file in _READ
+    if file.suffix not in (".py", ".c")
 }
 
 
@@ -51,6 +60,14 @@ def file_of(module: str) -> Path:
     return located[1]
 
 
+def users_file(cls: type) -> Path | None:
+    """Return the file that defines a class, None where the class is ours or no file's."""
+    if cls.__module__.partition(".")[0] in OURS:
+        return None
+    file = getattr(sys.modules[cls.__module__], "__file__", None)
+    return Path(file).resolve() if file else None
+
+
 def sources_of(module: str, folder: Path | None = None) -> Sources:
     """Return the closure of a module's imports; folder: where a user's module and its neighbours lie."""
     return _closure(module, folder) if folder is not None else _own_closure(module)
@@ -79,7 +96,15 @@ def _closure(module: str, folder: Path | None) -> Sources:
             todo.append(parent)
         package = name if is_package else parent
         todo.extend(_imports(content(path), str(path), package))
+    packages = {file.parent for file in found.values()}
+    found |= {_in_fmu(file): file for file, package in _DATA.items() if package in packages}
     return Sources(module, dict(sorted(found.items())))
+
+
+def _in_fmu(file: Path) -> str:
+    """Return the path in an FMU of a file of ours."""
+    root = next(package.parent for package in OURS.values() if file.is_relative_to(package))
+    return file.relative_to(root).as_posix()
 
 
 def _locate(name: str, folder: Path | None) -> tuple[str, Path, bool] | None:
@@ -106,10 +131,11 @@ def _imports(text: bytes, path: str, package: str) -> tuple[str, ...]:
         elif isinstance(node, ast.ImportFrom):
             base = node.module or ""
             if node.level:
-                above = package.split(".")[: len(package.split(".")) - node.level + 1]
+                inside = package.split(".") if package else []
+                above = inside[: len(inside) - node.level + 1]
                 base = ".".join([*above, *([base] if base else [])])
-            names += [base, *(f"{base}.{alias.name}" for alias in node.names)]
-    return tuple(names)
+            names += [base, *(f"{base}.{alias.name}".lstrip(".") for alias in node.names)]
+    return tuple(name for name in names if name)
 
 
 def _statements(tree: ast.AST) -> Iterator[ast.AST]:

@@ -22,6 +22,7 @@ from fmus.description.write import write
 from fmus.errors import BuildError
 from fmus.export.archive import guid_of, write_fmu
 from fmus.export.describe import describe
+from fmus.export.native.large import OPTIMISATION, in_pieces, is_large
 from fmus.export.regions import REGIONS, regions_of
 from fmus.toolchain import HOST, SUFFIXES, compile_library, host_platform, resolve_platforms
 
@@ -47,6 +48,7 @@ def build_native(
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name, re.ASCII):
         raise BuildError(f"an FMU's name is an identifier of C (letters, digits, _), {name!r} is none.")
     wanted = resolve_platforms(platforms)
+    optimisation = OPTIMISATION if is_large(component.size(component.states), _functions(component)) else None
     description = describe_native(component, name)
     sources = native_sources(component, description)
     files = {f"sources/{file}": data for file, data in sources.items()}
@@ -58,7 +60,7 @@ def build_native(
         for platform in wanted:
             system = host_platform() if platform == HOST else platform
             library = Path(place) / system / f"{name}{SUFFIXES[system]}"
-            compile_library(folder, RUNTIME.name, library, platform)
+            compile_library(folder, RUNTIME.name, library, platform, optimisation=optimisation)
             files[f"binaries/{system}/{library.name}"] = library.read_bytes()
     xml = write(replace(description, guid=native_guid(description, sources)))
     return write_fmu(path, {"modelDescription.xml": xml, **files})
@@ -131,8 +133,10 @@ def _functions(part: Component) -> list[ca.Function]:
 
 def _generated(part: Component) -> tuple[bytes, bytes]:
     """Return the C code of the component's functions, and the sizes of their arguments, results and work vectors."""
-    generator = ca.CodeGenerator("model.c", {"with_header": True, "casadi_int": "int"})
     functions = _functions(part)
+    large = is_large(part.size(part.states), functions)
+    options = {"with_header": True, "casadi_int": "int"} | ({"avoid_stack": True} if large else {})
+    generator = ca.CodeGenerator("model.c", options)
     for function in functions:
         generator.add(function)
     with tempfile.TemporaryDirectory(dir=places.workshop()) as place:
@@ -141,6 +145,8 @@ def _generated(part: Component) -> tuple[bytes, bytes]:
         header = (Path(place) / "model.h").read_bytes()
     names = "|".join(f.name() for f in functions) or "-"
     sizes = re.findall(rf"^#define (?:{names})_SZ_\w+ \d+$".encode(), header, re.MULTILINE)
+    if large:
+        code = in_pieces(code.decode()).encode()
     return code, b"".join(line + b"\n" for line in sizes)
 
 

@@ -12,8 +12,8 @@ import numpy as np
 from components.framework import Component
 from fmus.description.description import ModelDescription
 from fmus.export.describe import describe
+from fmus.export.python.failure import RuntimeFailure
 from fmus.export.python.runtime import Runtime
-from fmus.export.python.vector import RuntimeFailure
 
 
 def describe_in_process(component: Component) -> ModelDescription:
@@ -48,10 +48,11 @@ class InProcessSlave:
 
     def setup_experiment(self, t: float, tolerance: float | None = None, stop: float | None = None) -> None:
         """Announce the start time."""
-        self._runtime.setup(t)
+        self._call("fmi2SetupExperiment", self._runtime.setup, t)
 
     def enter_initialization_mode(self) -> None:
-        """Nothing changes: variables follow every set until initialization ends."""
+        """From now on variables follow every set."""
+        self._call("fmi2EnterInitializationMode", self._runtime.enter_initialization)
 
     def exit_initialization_mode(self) -> None:
         """Check the component's conditions and freeze what was calculated."""
@@ -59,7 +60,7 @@ class InProcessSlave:
 
     def get_real(self, references: Sequence[int]) -> np.ndarray:
         """Return values, shape (n,)."""
-        return np.array(self._runtime.get(list(references)))
+        return np.array(self._call("fmi2GetReal", self._runtime.get, list(references)))
 
     def set_real(self, references: Sequence[int], values: np.ndarray) -> None:
         """Set values, shape (n,)."""
@@ -109,6 +110,7 @@ class InProcessSlave:
 
     def terminate(self) -> None:
         """End the run."""
+        self._call("fmi2Terminate", self._runtime.terminate)
 
     def reset(self) -> bool:
         """Start afresh."""

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from fmus.export.python.vector import RuntimeFailure, Vector
+from fmus.export.python.failure import RuntimeFailure
+from fmus.export.python.vector import Vector
 
 
 def evaluate_outputs(part: Any, t: float, vector: Vector) -> None:

@@ -2,7 +2,7 @@
 
 pythonfmu gives the wrapper binaries and Fmi2Slave; modelDescription.xml is ours. resources/ holds
 
-    source/             the component's module and what it imports, beside our runtime
+    source/             the component's module, what it imports and the data files beside it that it reads, our runtime
     component.json      which class, its structure and start values
     interface.json      what modelDescription.xml says, to be compared with the source when the FMU is instantiated
     adcs_slave_*.py     the pythonfmu script (python/slave.py), its name hashed from its content
@@ -25,7 +25,10 @@ from fmus.description.write import write
 from fmus.errors import BuildError
 from fmus.export.archive import guid_of, write_fmu
 from fmus.export.describe import describe, summary
-from fmus.export.sources import Sources, content, sources_of
+from fmus.export.imports import imported
+from fmus.export.python.rehearsal import with_data_files
+from fmus.export.reads import Reads, noting
+from fmus.export.sources import OURS, Sources, content, sources_of, users_file
 
 BACKEND = "python"
 SLAVE = Path(__file__).with_name("slave.py")
@@ -33,19 +36,21 @@ TRAVELLERS = ("fmus.export.describe", "fmus.export.python.runtime", "fmus.export
 REQUIREMENTS = "numpy>=1.26\ncasadi>=3.7,<3.9\n"
 
 
-def sources_of_component(component: Component) -> Sources:
-    """Return the source files of a component's class, wherever it was defined."""
+def _source(component: Component) -> tuple[Component, Sources, Reads]:
+    """Return a component as its file defines it now, the source files, and what its code has read so far."""
     cls = type(component)
-    module = sys.modules[cls.__module__]
-    if cls.__module__.partition(".")[0] == "components":
-        return sources_of(cls.__module__)
-    file = getattr(module, "__file__", None)
-    if not file:
+    if cls.__module__.partition(".")[0] in OURS:
+        return component, sources_of(cls.__module__), Reads()
+    file = users_file(cls)
+    if file is None:
         raise BuildError(
             f"{cls.__name__} was defined interactively: put the class into a file, so that an FMU can carry it."
         )
-    path = Path(file).resolve()
-    return sources_of(path.stem, path.parent)
+    found = imported(file)
+    if not hasattr(found.module, cls.__name__):
+        raise BuildError(f"{file} has no {cls.__name__} outside of functions and classes, where its FMU looks for it.")
+    with noting(found.reads):
+        return getattr(found.module, cls.__name__)(**component.given), sources_of(file.stem, file.parent), found.reads
 
 
 def _plain(value: Any) -> Any:
@@ -55,7 +60,7 @@ def _plain(value: Any) -> Any:
 def build_python(component: Component, path: Path, model_name: str | None = None) -> Path:
     """Write a python FMU of the component to `path` and return it."""
     name = model_name or path.stem
-    sources = sources_of_component(component)
+    component, sources, reads = _source(component)
     files = dict(sources.files)
     for module in TRAVELLERS:
         files |= sources_of(module).files
@@ -65,7 +70,8 @@ def build_python(component: Component, path: Path, model_name: str | None = None
         "class": type(component).__name__,
         "values": {key: _plain(value) for key, value in component.given.items()},
     }
-    description = describe_python(component, name)
+    with noting(reads):
+        description = describe_python(component, name)
     script = SLAVE.read_bytes()
     script_name = f"adcs_slave_{hashlib.sha256(script).hexdigest()[:12]}"
     resources: dict[str, bytes] = {f"source/{relative}": content(file) for relative, file in files.items()}
@@ -74,6 +80,9 @@ def build_python(component: Component, path: Path, model_name: str | None = None
     resources["requirements.txt"] = REQUIREMENTS.encode()
     resources["slavemodule.txt"] = script_name.encode()
     resources[f"{script_name}.py"] = script
+    own = users_file(type(component))
+    if own is not None:
+        resources = with_data_files(component.name, own.parent, f"{script_name}.py", resources, reads)
     package = _pythonfmu()
     for file in sorted(package.glob("*.py")):
         resources[f"pythonfmu/{file.name}"] = file.read_bytes()

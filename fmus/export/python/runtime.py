@@ -10,6 +10,7 @@ show what it would give, and it is committed at the start of the next step; samp
 inputs of that instant. Outputs are evaluated when they are read.
 """
 
+import hashlib
 import math
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -19,8 +20,10 @@ import numpy as np
 from fmus.description.annotations import COMMIT_SHOWN, SAMPLE_TIME, SOLVER_STEP
 from fmus.export.python import plain
 from fmus.export.python.buffered import Buffered
+from fmus.export.python.failure import RuntimeFailure
 from fmus.export.python.internal_step import InternalStep, judged
-from fmus.export.python.vector import RuntimeFailure, Vector
+from fmus.export.python.modes import FAILED, INITIALIZATION, INSTANTIATED, STEPPING, TERMINATED, admit
+from fmus.export.python.vector import Vector
 
 TICK = 1e-9  # s, how near to a communication point a sample counts as due there
 MOST_STEPS = 1e9
@@ -31,10 +34,10 @@ class Runtime(Vector):
     """State and behaviour of one instance."""
 
     def __init__(self, component: Any, name: str = ""):
-        super().__init__(component)
+        super().__init__(component, name or component.name)
         part = component
         self.component: Any = component
-        self.name = name or part.name
+        self._identity = [self.name, hashlib.sha256("\0".join(self.names).encode()).hexdigest()]
         self.t0 = 0.0
         self.stop: float | None = None
         self._t, self._s, self._h = np.zeros(1), np.zeros(1), np.zeros(1)
@@ -79,8 +82,8 @@ class Runtime(Vector):
             self._quantities = Buffered(f.means, [t, x, p, c], [self._q1])
 
     def release(self) -> None:
-        """Drop the CasADi objects: they must not live until the interpreter is torn down."""
-        self.component = None
+        """Drop the CasADi objects: they must not live until the interpreter is torn down. Values stay as they are."""
+        self._stale, self.component = False, None
         for name, value in list(vars(self).items()):
             if isinstance(value, Buffered):
                 delattr(self, name)
@@ -110,14 +113,14 @@ class Runtime(Vector):
         if self._parameters_stale:
             self._calculate.run()
             self._parameters_stale = False
-        if not self.stepping:
+        if self.mode == INITIALIZATION:
             self._initial.run()
             self.x[:] = self._x_next
             if self._means:
                 self._mean_rates.run()
         if not self.component.sampled:
             self._outputs.run()
-        elif self.due or not self.stepping:
+        elif self.due or self.mode == INITIALIZATION:
             self._update.run()
             self._outputs_next.run()
 
@@ -125,6 +128,7 @@ class Runtime(Vector):
 
     def setup(self, start_time: float, stop_time: float | None = None) -> None:
         """Set the start time, and the stop time where there is one (fmi2SetupExperiment)."""
+        admit(self.mode, "fmi2SetupExperiment", INSTANTIATED)
         if not math.isfinite(start_time):
             raise RuntimeFailure(f"fmi2SetupExperiment: start time = {start_time:g} is not finite.")
         if stop_time is not None and not stop_time >= start_time:
@@ -136,11 +140,13 @@ class Runtime(Vector):
         self._stale = True
 
     def exit_initialization(self) -> None:
-        """Check the conditions, then freeze what initialization has calculated."""
+        """Check the conditions, then freeze what initialization has calculated (fmi2ExitInitializationMode)."""
+        admit(self.mode, "fmi2ExitInitializationMode", INITIALIZATION)
         self._evaluate()
+        self.mode = FAILED
         self._check()
         self.due = bool(self.component.sampled)
-        self.stepping = True
+        self.mode = STEPPING
         if self._step_index is not None:
             self._internal = judged(self._jacobian_times, len(self.x), float(self.v[self._step_index]))
 
@@ -149,6 +155,13 @@ class Runtime(Vector):
         self._seed[:] = vector
         self._tangent.run()
         return self._along.copy()
+
+    def terminate(self) -> None:
+        """End the run; variables can still be read (fmi2Terminate)."""
+        admit(self.mode, "fmi2Terminate", STEPPING | FAILED)
+        if self._stale and self.mode == STEPPING:
+            self._evaluate()
+        self.mode = TERMINATED
 
     def _check(self) -> None:
         if self._period_index is not None and not self.v[self._period_index] > 0:
@@ -166,6 +179,7 @@ class Runtime(Vector):
 
     def do_step(self, t: float, step: float) -> None:
         """Advance from t to t + step (fmi2DoStep)."""
+        admit(self.mode, "fmi2DoStep", STEPPING)
         if not 0 < step < math.inf:
             raise RuntimeFailure(f"fmi2DoStep: step {step:g} s is not positive.")
         if not abs(t - self._t.item()) <= TICK + 4 * EPSILON * abs(t):
@@ -195,6 +209,7 @@ class Runtime(Vector):
         if not math.isfinite(self.x.dot(self._no_x)):  # 0 times what is not finite is not finite
             bad = np.flatnonzero(~np.isfinite(self.x))
             if bad.size:
+                self.mode = FAILED
                 name = self.names[self._first_state + int(bad[0])]
                 raise RuntimeFailure(f"fmi2DoStep: state {name} is not finite at {self.t:.9g} s.")
 
@@ -280,15 +295,20 @@ class Runtime(Vector):
             "t": [self.t0, self.t, self.stop],
             "derivatives": [self._u1.tolist(), self._u2.tolist(), self._derivatives_new],
             "samples": [self.sample, self.due, self._x_next.tolist()],
-            "flags": [self.stepping, self._stale, self._parameters_stale],
+            "flags": [self.mode, self._stale, self._parameters_stale],
+            "of": self._identity,
         }
 
-    def restore(self, state: dict[str, Any]) -> None:
-        """Take back a state that save returned, of this or another instance of the same component."""
+    def restore(self, state: Any) -> None:
+        """Take back a state that save returned, of this or another instance of the same FMU (fmi2SetFMUstate)."""
+        if not isinstance(state, dict) or state.get("of") != self._identity:
+            raise RuntimeFailure(f"fmi2SetFMUstate: the state was saved by another FMU than {self.name}.")
+        if self.component is None:
+            raise RuntimeFailure("fmi2SetFMUstate: a python FMU cannot come back from fmi2Terminate.")
         self.v[:] = state["v"]
         self.m[:] = state["m"]
         self.t0, self._t[0], self.stop = state["t"]
         self._u1[:], self._u2[:], self._derivatives_new = state["derivatives"]
         self._derivatives_left = True
         self.sample, self.due, self._x_next[:] = state["samples"]
-        self.stepping, self._stale, self._parameters_stale = state["flags"]
+        self.mode, self._stale, self._parameters_stale = state["flags"]

@@ -9,19 +9,18 @@ from typing import Any
 
 import numpy as np
 
-
-class RuntimeFailure(Exception):
-    """What an FMU reports with fmi2Error: the text names function, variable and time."""
+from fmus.export.python.failure import RuntimeFailure
+from fmus.export.python.modes import GETTABLE, INITIALIZATION, INSTANTIATED, SETTABLE, STEPPING, admit
 
 
 class Vector:
-    """All variables at their start values. `stepping`: initialization mode is over.
+    """All variables at their start values; `mode`: in which of FMI's modes the instance is.
 
     What follows from others is brought up to date when something is read: a subclass writes `_evaluate`.
     """
 
-    def __init__(self, component: Any):
-        part = component
+    def __init__(self, component: Any, name: str):
+        part, self.name = component, name
         groups = (part.parameters, part.calculated_parameters, part.inputs, part.states, part.outputs_declared)
         sizes = [part.size(g) for g in groups]
         ends = np.cumsum(sizes)
@@ -36,11 +35,11 @@ class Vector:
         before[p] = before[u] = between[u] = True
         before[x] = np.repeat([not s.calculated for s in part.states], [s.size for s in part.states])
         between[p] = np.repeat([q.tunable for q in part.parameters], [q.size for q in part.parameters])
-        self.stepping = False
+        self.mode = INSTANTIATED
         self._stale, self._parameters_stale = True, True
-        self._settable = {False: before, True: between}
+        self._settable = {INSTANTIATED: before, INITIALIZATION: before, STEPPING: between}
         self._places: dict[tuple[int, ...], np.ndarray] = {}  # hosts pass the same references step after step
-        self._admitted: dict[bool, dict[tuple[int, ...], tuple[np.ndarray, bool]]] = {False: {}, True: {}}
+        self._admitted: dict[int, dict[tuple[int, ...], tuple[np.ndarray, bool]]] = {m: {} for m in self._settable}
 
     def _index(self, name: str) -> int | None:
         return self.names.index(name) if name in self.names else None
@@ -49,8 +48,14 @@ class Vector:
         """Bring up to date what follows from what was set."""
         raise NotImplementedError
 
+    def enter_initialization(self) -> None:
+        """From now on what is calculated follows every set (fmi2EnterInitializationMode)."""
+        admit(self.mode, "fmi2EnterInitializationMode", INSTANTIATED)
+        self.mode = INITIALIZATION
+
     def get(self, references: Sequence[int]) -> list[float]:
         """Return variables by value reference, evaluated where something was set since."""
+        admit(self.mode, "fmi2GetReal", GETTABLE)
         if self._stale:
             self._evaluate()
         key = tuple(references)
@@ -62,8 +67,9 @@ class Vector:
 
     def set(self, references: Sequence[int], values: Sequence[float]) -> None:
         """Set variables by value reference, all or none."""
+        admit(self.mode, "fmi2SetReal", SETTABLE)
         key = tuple(references)
-        index, parameters = self._admitted[self.stepping].get(key) or self._admit(key)
+        index, parameters = self._admitted[self.mode].get(key) or self._admit(key)
         if not math.isfinite(sum(values)):
             bad = [(r, x) for r, x in zip(references, values, strict=True) if not math.isfinite(x)]
             if bad:
@@ -73,26 +79,33 @@ class Vector:
         if parameters:
             self._parameters_stale = True
 
+    def require_real(self, function: str, references: Sequence[int]) -> None:
+        """Refuse variables of another type: there are none."""
+        if references:
+            raise RuntimeFailure(f"{function}: all variables of {self.name} are Real.")
+
     def _admit(self, references: tuple[int, ...]) -> tuple[np.ndarray, bool]:
         """Return the index of references that may be set now, and whether a parameter is among them; remember both."""
-        settable = self._settable[self.stepping]
+        settable = self._settable[self.mode]
         self._require_variables("fmi2SetReal", references)
         for reference in references:
             if not settable[reference]:
                 raise RuntimeFailure(f"fmi2SetReal: variable {self.names[reference]} cannot be set now.")
         found = np.array(references, dtype=np.intp), min(references, default=self._first_input) < self._first_input
-        self._admitted[self.stepping][references] = found
+        self._admitted[self.mode][references] = found
         return found
 
     def _require_variables(self, function: str, references: Sequence[int]) -> None:
         for reference in references:
             if not 0 <= reference < len(self.v):
-                raise RuntimeFailure(f"{function}: there is no Real variable with value reference {reference}.")
+                number = reference % 2**32  # pythonfmu hands over what is above 2^31 as a negative number
+                raise RuntimeFailure(f"{function}: there is no Real variable with value reference {number}.")
 
     def _input_positions(
         self, references: Sequence[int], orders: Sequence[int], values: Sequence[float]
     ) -> list[tuple[int, int, float]]:
         """Return (index among the inputs, order, value) of input derivatives, once all of them are in order."""
+        admit(self.mode, "fmi2SetRealInputDerivatives", SETTABLE)
         given = list(zip(references, orders, values, strict=True))
         for reference, order, value in given:
             name = self.names[reference] if 0 <= reference < len(self.v) else "(none)"

@@ -1,4 +1,4 @@
-"""A native FMU in this process, by variable names, with its log messages."""
+"""An FMU in this process, by variable names, with its log messages."""
 
 import ctypes
 from itertools import count
@@ -48,7 +48,7 @@ _ALLOCATE, _FREE = fmi2CallbackAllocateMemoryTYPE(calloc), fmi2CallbackFreeMemor
 class Slave:
     """One instance, instantiated; `folder` is where the FMU was unpacked. Has the methods of fmpy's FMU2Slave."""
 
-    def __init__(self, folder: Path, name: str = "unit", guid: str | None = None):
+    def __init__(self, folder: Path, name: str = "unit", guid: str | None = None, logging: bool = False):
         self.description = read_model_description(str(folder))
         self.reference = {v.name: v.valueReference for v in self.description.modelVariables}
         self._slave = FMU2Slave(
@@ -59,7 +59,7 @@ class Slave:
         )
         self._messages_of = f"{name}-{next(_COUNT)}" if name else ""
         self._slave.instanceName = self._messages_of
-        self._slave.instantiate(callbacks=_callbacks())
+        self._slave.instantiate(callbacks=_callbacks(), loggingOn=logging)
 
     def __getattr__(self, name: str):
         return getattr(self._slave, name)

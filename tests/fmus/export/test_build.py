@@ -40,7 +40,7 @@ EDIT_WHILE_RUNNING = """
     import components
     from fmus.export.build import build_reference
     file = Path(components.__file__).parent / "environment" / "harmonic_torque.py"
-    file.write_text(file.read_text().replace("start=zhang2018.ORBIT_RATE", "start=0.0022"))
+    file.write_text(file.read_text().replace("start=neutral.ORBIT_RATE", "start=0.0022"))
     print(build_reference("HarmonicTorque"))
 """
 FREQUENCY_OF_THE_NEXT_PROCESS = """
@@ -199,7 +199,10 @@ def test_what_only_a_type_checker_imports_does_not_travel():
         ),
         *(f"fmus/export/{name}.py" for name in ("__init__", "describe", "regions", "source_loader")),
         "fmus/export/python/__init__.py",
-        *(f"fmus/export/python/{name}.py" for name in ("buffered", "internal_step", "plain", "runtime", "vector")),
+        *(
+            f"fmus/export/python/{name}.py"
+            for name in ("buffered", "failure", "internal_step", "modes", "plain", "runtime", "vector")
+        ),
     }
 
 

@@ -81,6 +81,7 @@ def test_a_step_that_rounding_has_made_longer_has_no_more_internal_steps(open_sl
     c = part.functions.calculate(p)
     slave, twin = open_slave("Swing").start(start=start), Runtime(part)
     twin.setup(float(start))
+    twin.enter_initialization()
     twin.exit_initialization()
     names, lengths = ("omega[1]", "omega[2]", "phase"), set()
     for k in range(200):
@@ -105,6 +106,7 @@ def test_samples_at_large_times_are_neither_lost_nor_doubled(open_slave, start, 
     period = tenths / 10
     slave, twin = open_slave("Sum").begin(start=start), Runtime(PARTS["Sum"])
     twin.setup(float(start))
+    twin.enter_initialization()
     slave.set({"sample_time": period})
     twin.set(slave.vr("sample_time"), [period])
     slave.exitInitializationMode()
@@ -150,6 +152,7 @@ def test_twin(open_slave, name, commit_shown):
     put(settable)
     slave.begin(start=1.5)
     twin.setup(1.5)
+    twin.enter_initialization()
     for _ in range(3):
         put(settable)
         same()

@@ -184,7 +184,7 @@ def test_damaged_bytes_of_a_state_are_refused(tmp_path):
     slave = start(build_python(CATALOG["PrescribedPerformance"](), tmp_path / "PrescribedPerformance.fmu"))
     data = slave.serialize_state(slave.get_state())
     with pytest.raises(CallFailed, match="the bytes are damaged: their checksum is another") as error:
-        slave.deserialize_state(data.replace(b'{"v": [4', b'{"v": [5'))
+        slave.deserialize_state(data[:-3] + bytes([data[-3] ^ 1]) + data[-2:])
     assert error.value.function == "fmi2DeSerializeFMUstate"
 
 
