@@ -159,9 +159,7 @@ def test_the_same_source_beside_another_table(tmp_path, built):
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-@pytest.mark.parametrize(
-    "line", ["from .numbers_beside import NUMBER", "from . import numbers_beside as n; NUMBER = n.NUMBER"]
-)
+@pytest.mark.parametrize("line", ["from .beside import NUMBER", "from . import beside; NUMBER = beside.NUMBER"])
 def test_a_module_beside_that_is_imported_relative_to_it(tmp_path, built, line, backend):
     reference = write(tmp_path / "own", before=line, start="NUMBER")
     for number in (1.5, 2.5):
