@@ -10,6 +10,7 @@ the centres and widths of the network, the boundary layer, the hand-over from gy
 
 import numpy as np
 
+# Printed
 J = [[70.0, 3.0, 4.0], [3.0, 60.0, 5.0], [4.0, 5.0, 90.0]]  # kg m2, nominal
 F = [  # kg^1/2 m; a row an axis, a column a mode
     [6.45637, -1.25619, 1.11687, 1.23637],
@@ -20,15 +21,15 @@ OMEGA = [0.7681, 1.1038, 1.8733, 2.5496]  # rad/s
 ZETA = [0.005607, 0.008620, 0.01283, 0.02516]
 ANGLE = 60.0  # deg, about y
 
-# Cluster
+# Printed: cluster
 ROTOR_MOMENTUM = 15.0  # N m s
 PLANE_TORQUE, WHEEL_TORQUE = 3.5, 0.25  # N m
 RATE_LIMIT = PLANE_TORQUE / ROTOR_MOMENTUM  # rad/s
 DEAD_ZONE = 0.02  # deg/s
-NEAR, FAR, HAND_OVER_TIME = 0.3, 1.0, 4.0  # deg, deg, s
 LAMBDA_0, ALPHA, K_0, K_FREQUENCY = 0.01, 10.0, 0.1, 1.0  # K_FREQUENCY in rad/s
 
-# Law
+# Chosen: hand-over from gyros to wheels, law
+NEAR, FAR, HAND_OVER_TIME = 0.3, 1.0, 4.0  # deg, deg, s
 RHO_0 = 0.15  # N m
 GAMMA = 1.0  # 1/s
 EPSILON, WIDTH = 1e-3, 1.0
@@ -54,12 +55,16 @@ GAIN = {
         [0.270285965645732, -1.1066989288752538, -0.4908783523236472, -0.32935720449558853],
     ],
 }
+
+# Corrected: one zero less in rows 2 and 3
 SURFACE = {
     "e": [[1.02, 0, 0], [0, 1.02, 0], [0, 0, 1.4]],
     "eta": [[-1, 1.2, 1, 0], [0, 0, 0, 0], [0, 3.0486e-6, 0, 0]],
     "omega": [[4, 0, 0], [0, 4, 0], [0, 0, 6.3]],
     "eta_dot": [[-0.0041, 0, 0, 0], [0, 1.052e-5, 0, 0], [0, 0, 0, 0]],
 }
+
+# Printed: network
 NODES = 6
 
 

@@ -6,6 +6,7 @@ where it is silent: gains and grid of the networks, the orbit (as GOCE's), the e
 initial state, the thrusters, the sensors and their noise.
 """
 
+# Printed; of R_REL and PHI_REL the x axis
 M_SC, M_TM = 1050.0, 1.0  # kg
 I_SC, I_TM = 200.0, 2.667e-4  # kg m2
 K, D = 1e-6, 1.4e-11  # N/m, N s/m
@@ -19,14 +20,14 @@ ALTITUDE, INCLINATION, NODE, LATITUDE = 260e3, 96.7, 30.0, 20.0  # m, deg; of a 
 CAGE = [0.05, -0.03, 0.02]  # m
 GAP = 4.0  # mm
 
-# Environment
+# Chosen: environment
 RHO_0 = 6.05585818e-11  # kg/m3, for a mean drag of 7 mN over an orbit
 SCALE_HEIGHT, BULGE, CDA = 45e3, 0.3, 3.85  # m, 1, m2
 SOLAR_FORCE, SUN_N = 5.9e-5, [0.6, -0.64, 0.48]  # N
 PRESSURE_CENTRE = [0.10, 0.02, -0.01]  # m
 GUST_CORNER, GUST_BAND = 0.01, [2e-3, 0.2]  # Hz
 
-# Hardware: an ion thruster along x as GOCE's, micro-thrusters; position and attitude in the cage as LISA Pathfinder's
+# Chosen: hardware, an ion thruster along x as GOCE's, micro-thrusters; position and attitude in the cage as LISA Pathfinder's
 SAMPLE = 0.1  # s
 THRUST, MICRO = (1e-3, 20e-3), 0.65e-3  # N: least and most of the ion thruster; most of a micro-thruster, either way
 THRUST_RATE, THRUST_QUANTUM, THRUST_NOISE = 2.5e-3, 12e-6, 12e-6  # N/s, N, N/sqrt(Hz)
@@ -34,7 +35,7 @@ THRUSTER_TORQUE, SUSPENSION_TORQUE = 1e-3, 2e-8  # N m
 ATTITUDE_NOISE, RATE_NOISE = 1e-5, 1e-6  # rad/sqrt(Hz), rad/s/sqrt(Hz)
 CAGE_POSITION_NOISE, CAGE_ATTITUDE_NOISE, FILTER_TIME = 2e-9, 150e-9, 0.1  # m/sqrt(Hz), rad/sqrt(Hz), s
 
-# Law
+# Chosen: law
 STIFFNESS, K_1, K_2, GAMMA = 1.0, 1.0, 1.0, 1.0  # lambda, hidden in the print: 1/s2; 1/s, 1/s, s2
 WIDTH = 0.5
 SCALE_R, SCALE_V, SCALE_ANGLE, SCALE_RATE = 1e-3, 1e-3, 2e-2, 2e-2  # m, m/s, rad, rad/s

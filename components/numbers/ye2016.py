@@ -10,18 +10,22 @@ import numpy as np
 
 from . import neutral
 
+# Chosen: vehicle and cluster
 J = [[120.0, 2.0, -1.5], [2.0, 110.0, 1.0], [-1.5, 1.0, 90.0]]  # kg m2
 ROTOR_MOMENTUM = 8.0  # N m s, of each gyro
 WHEEL_INERTIA = 0.02  # kg m2, of each wheel
 SKEW = np.radians(54.7356)  # of the pyramid: the faces of a cube
 
+# Printed
 RATE_AMPLITUDE = 0.02  # rad/s
 RATE_PERIOD = np.array([800.0, 600.0, 400.0])  # s
+ALPHA_G = 1e3  # s
+BETA_G, DELTA_G = 0.05, 0.1
+
+# Chosen: gains
 K_1 = np.array([0.08, 0.18, 0.12])  # 1/s2
 K_2 = np.array([0.4, 0.6, 0.5 * np.sqrt(2)])  # 1/s
 ALPHA_F = 1e5  # kg2 m4/s, its 1e7 for a vehicle and a cluster of ten times the inertia and momentum
-ALPHA_G = 1e3  # s
-BETA_G, DELTA_G = 0.05, 0.1
 
 
 def pyramid() -> tuple[np.ndarray, np.ndarray]:

@@ -271,6 +271,10 @@ def reproduce_(
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for runs, table and figures.")] = Path(
         "results/reproduce"
     ),
+    docs: Annotated[
+        Path | None,
+        typer.Option("--docs", help="The project's folder: write its docs/papers and the README's claims anew."),
+    ] = None,
     backend: Backend = "native",
     force: Force = False,
 ) -> None:
@@ -280,6 +284,7 @@ def reproduce_(
     """
     from cosim.cli.library import Library
     from cosim.studies import papers, reproduction
+    from cosim.studies.papers import pages
 
     with _reported():
         locate = Library(backend, console.note)
@@ -295,6 +300,10 @@ def reproduce_(
         if not report.complete:
             console.note(f"interrupted: {report.flown} of {report.planned} experiments flown")
             raise typer.Exit(1)
+        if docs is not None:
+            if set(chosen) != set(papers.PAPERS):
+                raise typer.BadParameter("the pages are of all papers: name none", param_hint="--docs")
+            console.write_files(pages.refresh(docs, [v.row() for v in report.verdicts], report.titles))
 
 
 @app.command("compare")

@@ -5,7 +5,7 @@
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -46,13 +46,15 @@ BRIEF = ("settled below (deg)", "settling time (s)", "APE max (deg)", "peak torq
 class Report:
     """What reproducing papers gave: verdicts in the papers' order, results by experiment, files written.
 
-    `planned` is how many experiments there were to fly, `failure` is what ended the flights, if something did.
+    `planned` is how many experiments there were to fly, `titles` are those of the figures by paper and file name,
+    `failure` is what ended the flights, if something did.
     """
 
     verdicts: tuple[Verdict, ...]
     results: dict[str, Result]
     files: tuple[Path, ...]
     planned: int
+    titles: Mapping[str, Mapping[str, str]]
     failure: SimulationError | None = None
 
     @property
@@ -111,11 +113,13 @@ def reproduce(
                         results[experiment] = error.result
     finished = {name: run for name, run in results.items() if run.info["status"] == "finished"}
     verdicts = tuple(v for paper in chosen.values() for v in judge(paper.claims, finished))
-    drawn = {name: plots.save(paper.draw(finished), folder / name) for name, paper in chosen.items()}
+    figures = {name: paper.draw(finished) for name, paper in chosen.items()}
+    titles = {name: {n: figure.get_suptitle() for n, figure in own.items()} for name, own in figures.items()}
+    drawn = {name: plots.save(own, folder / name) for name, own in figures.items()}
     files = _written(folder, verdicts, results, drawn)
     drawings = [path for paths in drawn.values() for path in paths]
     planned = sum(len(paper.experiments) for paper in chosen.values())
-    return Report(verdicts, results, (*files, *drawings), planned, failure)
+    return Report(verdicts, results, (*files, *drawings), planned, titles, failure)
 
 
 def _written(
@@ -136,7 +140,7 @@ def _written(
         *(_gallery(name, [path.relative_to(folder) for path in paths]) for name, paths in drawn.items()),
     ]
     write_text(report, "\n".join(parts))
-    write_text(claims, json.dumps([asdict(v) for v in verdicts], indent=2) + "\n")
+    write_text(claims, json.dumps([v.row() for v in verdicts], indent=2) + "\n")
     known = {name: run.info.get("metrics", {}) for name, run in results.items()}
     write_text(numbers, json.dumps(known, indent=2) + "\n")
     return report, claims, numbers

@@ -7,8 +7,8 @@ in some, which are named, else by all parts together. Nothing here is written do
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
 
 import numpy as np
 
@@ -107,6 +107,10 @@ class Verdict:
     depends: str = ""
     beyond: bool = False
     readings: Mapping[str, Mapping[str, bool]] = field(default_factory=dict)
+
+    def row(self) -> dict[str, Any]:
+        """Return all of it as plain data, for claims.json."""
+        return asdict(self) | {"word": self.word, "failing": self.failing}
 
     @property
     def holds(self) -> dict[str, bool]:
