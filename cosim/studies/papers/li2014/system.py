@@ -59,6 +59,7 @@ NN, NO_NN = "li2014-nn", "li2014-no-nn"
 NN_LVLH, NO_NN_LVLH = "li2014-nn-lvlh", "li2014-no-nn-lvlh"
 ACTUATORS, PRINTED_START = "li2014-actuators", "li2014-printed-start-with-limits"
 NN_SPECTRUM, NO_NN_SPECTRUM = "li2014-nn-lvlh-spectrum", "li2014-no-nn-lvlh-spectrum"
+PRINTED, CONSISTENT, GAMMA_10 = "li2014-printed-signs", "li2014-consistent", "li2014-gamma10"
 DESIGN, DESIGN_NO_NN = "li2014-design-model-nn", "li2014-design-model-no-nn"
 DESIGN_PRINTED, DESIGN_CONSISTENT = "li2014-design-model-printed-signs", "li2014-design-model-consistent"
 DESIGN_GAMMA = "li2014-design-model-gamma10"
@@ -122,6 +123,21 @@ def nn_lvlh_spectrum() -> Flight:
 def no_nn_lvlh_spectrum() -> Flight:
     """Networks off, with gusts, long enough for a spectral density of the residual acceleration."""
     return _flight(NO_NN_SPECTRUM, lvlh=True, network=False, gusts=True)
+
+
+def printed_signs() -> Flight:
+    """Networks on, with a2, b2 of the law as printed, while spring and damper are those of (5)."""
+    return _flight(PRINTED, lvlh=False, network=True, changed={"controller.printed_signs": 1.0})
+
+
+def consistent() -> Flight:
+    """Networks on, the torque on the test mass with what network 2 has learnt, beside u2."""
+    return _flight(CONSISTENT, lvlh=False, network=True, changed={"controller.consistent_feedforward": 1.0})
+
+
+def gamma10() -> Flight:
+    """Networks that learn at a tenth of the speed, Gamma = 10."""
+    return _flight(GAMMA_10, lvlh=False, network=True, changed={"controller.Gamma": [10.0] * 3})
 
 
 def design_model_nn() -> Flight:
