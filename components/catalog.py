@@ -19,6 +19,7 @@ MODULES = {
     "CmgCluster": "components.actuators.cmg_cluster",
     "CmgSteering": "components.actuators.cmg_steering",
     "DragFreeBackstepping": "components.controllers.drag_free_backstepping",
+    "DragFreeDesignModel": "components.plants.drag_free_design_model",
     "DragFreeSatellite": "components.plants.drag_free_satellite",
     "ElectrostaticSensor": "components.estimators.electrostatic_sensor",
     "ElectrostaticSuspension": "components.actuators.electrostatic_suspension",

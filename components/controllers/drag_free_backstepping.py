@@ -13,8 +13,9 @@ and the closed loop without network is
 
 Frames: S satellite, R reference, T test mass, N inertial; angles 3-2-1 as (roll, pitch, yaw).
 Source: J. Li, H. Fan, Design of adaptive neural network controllers for LEO drag-free satellite, Computing Technology
-and Automation 33(2), 2014, equations (10)-(45). Changed: a and b of loop 3 have the sign of (5); lambda, printed 1,
-has a unit; the centres are a fixed grid, of which the print says only that they learn; f_feedforward is added.
+and Automation 33(2), 2014, equations (10)-(45). Changed: a and b of loop 3 have the sign of (5), with `printed_signs`
+the printed one; lambda, printed 1, has a unit; the centres are a fixed grid, of which the print says only that they
+learn; f_feedforward is added.
 Invariants: V along the loop with f = W*^T h; with network = 0 the weights stay.
 Limits: angles singular at a pitch of +-90 deg, which `gimbal_lock` reports. Near zero error h is constant and the
 network is an integrator of gain |h(0)|^2/Gamma. The printed feed-forward hands the satellite's disturbance to loop 3.
@@ -24,7 +25,6 @@ Nothing limits the commands.
 from typing import Any
 
 import casadi as ca
-import numpy as np
 
 from .. import drag_free, vehicle
 from ..framework import (
@@ -40,19 +40,12 @@ from ..framework import (
 )
 from ..framework.ports import NO_ROTATION
 from ..mathematics import euler, quaternion
-from ..mathematics.rbf import gaussian
 from ..vehicle import DEGREE, inertia_conditions, quaternion_condition
-
-
-def _grid(component: Any) -> np.ndarray:
-    """Return a square grid over -1..1, as far as the nodes go."""
-    side = max(1, int(np.ceil(np.sqrt(component.nodes))))
-    line = np.linspace(-1, 1, side) if side > 1 else np.zeros(1)
-    return np.array(np.meshgrid(line, line, indexing="ij")).reshape(2, -1)[:, : component.nodes]
 
 
 class DragFreeBackstepping(Component):
     role = "controller"
+    ports = drag_free.Networks
     nodes: int = 25  # structural: nodes of each network
 
     J = vehicle.J
@@ -63,18 +56,13 @@ class DragFreeBackstepping(Component):
     D = drag_free.D
     K_r = drag_free.K_r
     D_r = drag_free.D_r
+    printed_signs = drag_free.printed_signs
     stiffness = Parameter(unit="1/s2", shape=(3,), start=0.01, doc="lambda of the loops r_rel, satellite, test mass")
     k_1 = Parameter(unit="1/s", shape=(3,), start=0.1, doc="k1 of the three loops")
     k_2 = Parameter(unit="1/s", shape=(3,), start=0.1, doc="k2 of the three loops")
     Gamma = Parameter(unit="s2", shape=(3,), start=1.0, doc="weight of the networks' errors, of the three loops")
     network = Parameter(unit="1", start=1.0, doc="1: the networks learn, 0: their weights stay as they start")
     consistent_feedforward = Parameter(unit="1", start=0.0, doc="1: loop 3 gets W_2^T h_2 too, 0: the paper's law")
-    centres = Parameter(unit="1", shape=(2, "nodes"), start=_grid, doc="centres in (x1, x2), a column a node, scaled")
-    width = Parameter(unit="1", start=0.5, doc="width of the nodes, scaled")
-    scale_r = Parameter(unit="m", start=1e-3, display_unit="mm", doc="s1 of loop 1")
-    scale_v = Parameter(unit="m/s", start=1e-3, doc="s2 of loop 1")
-    scale_angle = Parameter(unit="rad", shape=(2,), start=2e-2, doc="s1 of loops 2 and 3")
-    scale_rate = Parameter(unit="rad/s", shape=(2,), start=2e-2, doc="s2 of loops 2 and 3")
     f_feedforward_S = Parameter(unit="N", shape=(3,), nominal=1e-2, doc="force added to the command: known mean drag")
 
     r_rel = Input(unit="m", shape=(3,), nominal=1e-3, doc="test mass in its cage, S axes")
@@ -122,7 +110,8 @@ class DragFreeBackstepping(Component):
         a_1, b_1 = -p.K / p.m_tm, -p.D / p.m_tm
         u_1 = -p.m_sc * (self._law(0, first, p) - a_1 * first[0] - b_1 * first[1] - learned_1)  # (21)
         moved = self._law(1, second, p) - learned_2  # u_2 / J_ii
-        a_3, b_3 = -p.K_r / p.I_tm, -p.D_r / p.I_tm
+        sign = 2 * p.printed_signs - 1
+        a_3, b_3 = sign * p.K_r / p.I_tm, sign * p.D_r / p.I_tm
         forward = moved + ca.if_else(p.consistent_feedforward > 0.5, learned_2, 0)
         held = self._law(2, third, p) - a_3 * third[0] - b_3 * third[1] + forward - learned_3
         error = quaternion.error(u.q_SN, u.q_RN)
@@ -140,10 +129,10 @@ class DragFreeBackstepping(Component):
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
         conditions = [
             *inertia_conditions(p.J),
-            *positive(self, p, "m_sc", "m_tm", "I_tm", "Gamma", "width"),
-            *positive(self, p, "scale_r", "scale_v", "scale_angle", "scale_rate"),
+            *positive(self, p, "m_sc", "m_tm", "I_tm", "Gamma"),
+            *drag_free.network_conditions(self, p),
             *not_negative(self, p, "D", "D_r"),
-            *flag_conditions(self, p, "network", "consistent_feedforward"),
+            *flag_conditions(self, p, "network", "consistent_feedforward", "printed_signs"),
             *(quaternion_condition(name, vars(u)[name]) for name in ("q_SN", "q_TS", "q_RN")),
         ]
         for i in range(3):
@@ -167,14 +156,11 @@ class DragFreeBackstepping(Component):
         error = quaternion.error(u.q_SN, u.q_RN)
         rate = u.omega_SN_S - quaternion.dcm(error) @ u.omega_RN_R  # (33)
         loops = (
-            (u.r_rel, u.v_rel, p.scale_r, p.scale_v),  # (21)
-            (euler.angles_321(error), rate, p.scale_angle[0], p.scale_rate[0]),
-            (euler.angles_321(u.q_TS), u.omega_TS_T, p.scale_angle[1], p.scale_rate[1]),  # (44)
+            (u.r_rel, u.v_rel),  # (21)
+            (euler.angles_321(error), rate),
+            (euler.angles_321(u.q_TS), u.omega_TS_T),  # (44)
         )
-        return [(x1, x2, [self._nodes(x1[i] / s1, x2[i] / s2, p) for i in range(3)]) for x1, x2, s1, s2 in loops]
-
-    def _nodes(self, x1: Any, x2: Any, p: Any) -> Any:
-        return gaussian((ca.vertcat(x1, x2), p.centres, p.width))  # (22)
+        return [(x1, x2, drag_free.node_values(p, i, x1, x2)) for i, (x1, x2) in enumerate(loops)]
 
     def _law(self, i: int, loop: tuple[Any, Any, list[Any]], p: Any) -> Any:
         x1, x2, _ = loop

@@ -94,6 +94,16 @@ def test_consistent_feedforward_adds_what_loop_2_learnt():
     assert_allclose(change, 2.667e-4 * learnt, rtol=1e-9, atol=1e-18)
 
 
+def test_printed_signs_turn_what_the_spring_is_answered_by():
+    """Twice spring and damper of the test mass; nothing else."""
+    plain, printed = (point(printed_signs=s, K_r=1e-3, D_r=1e-4) for s in (0.0, 1.0))
+    a, b = plain.outputs(), printed.outputs()
+    omega = plain.u[17:20]
+    assert [v.name for v in plain.component.inputs][5] == "omega_TS_T"
+    assert_allclose(b["tau_command_T"] - a["tau_command_T"], -2 * (1e-3 * a["phi_TS"] + 1e-4 * omega), rtol=1e-9)
+    assert all((a[n] == b[n]).all() for n in a if n != "tau_command_T")
+
+
 def test_a_turning_reference_is_followed():
     """Attitude and rate of the reference: no torque for a satellite that moves as it does."""
     q, rate = quaternion([0.3, -0.2, 0.5]), [1e-3, -2e-3, 5e-4]
@@ -141,6 +151,7 @@ def test_a_pitch_of_90_degrees_is_reported_and_finite(pitched):
         (dict(D_r=-1.0), "D_r = -1 N.m.s/rad: it must not be negative."),
         (dict(network=-1.0), "network = -1: it must be 0 or 1."),
         (dict(consistent_feedforward=0.5), "consistent_feedforward = 0.5: it must be 0 or 1."),
+        (dict(printed_signs=2.0), "printed_signs = 2: it must be 0 or 1."),
         (dict(k_1=[1, 1, -1.0]), "k_1[3] + k_2[3] = 0 1/s: it must be positive, or the loop is unstable."),
         (dict(k_1=[1, -1.5, 1], k_2=[1, 2, 1]), "stiffness[2] + k_1[2] k_2[2] = -2 1/s2: it must be positive, or"),
         (dict(k_1=[-0.1, 1, 1]), "k_1[1] = -0.1 1/s: it must not be negative where the network learns (network = 1)."),

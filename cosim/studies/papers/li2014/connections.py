@@ -8,6 +8,12 @@ def connect(lvlh: bool, limits: bool) -> list[Connection]:
     return [*_measured(limits), *_common(lvlh), *_commands(limits)]
 
 
+def connect_design_model() -> list[Connection]:
+    """Return the connections of the design model, which has neither orbit nor environment."""
+    reference = [Connection(f"guidance.{n}", f"controller.{n}", "after_step") for n in ("q_RN", "omega_RN_R")]
+    return [*_measured(False), *reference, *_commands(False)]
+
+
 def _common(lvlh: bool) -> list[Connection]:
     """Return orbit and reference: at the same instant as the plant."""
     links = [

@@ -12,6 +12,7 @@ from cosim.arrays import FloatArray
 from cosim.results.result import Result
 from cosim.studies import plots
 from cosim.studies.papers.li2014.claims import ACCURACY
+from cosim.studies.papers.li2014.design_figures import draw_lyapunov, draw_variants
 from cosim.studies.papers.li2014.hardware import hardware
 from cosim.studies.papers.li2014.spectrum import (
     GOCE_BAND,
@@ -31,6 +32,8 @@ from cosim.studies.papers.li2014.spectrum import (
 )
 from cosim.studies.papers.li2014.system import (
     ACTUATORS,
+    DESIGN,
+    DESIGN_NO_NN,
     GAP,
     GUST_BAND,
     NN,
@@ -47,6 +50,8 @@ SHORT = {
     NO_NN: "no network",
     NN_LVLH: "network, LVLH",
     NO_NN_LVLH: "no network, LVLH",
+    DESIGN: "network, design model",
+    DESIGN_NO_NN: "no network, design model",
 }
 SPECTRA = {NN_SPECTRUM: "network", NO_NN_SPECTRUM: "no network", ACTUATORS: "network, limits and noise"}
 LOOKS: dict[str, dict[str, Any]] = {name: plots.look(i) for i, name in enumerate(SHORT.values())}
@@ -55,7 +60,7 @@ ANGLES = ("roll", "pitch", "yaw")
 
 
 def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
-    """Return the paper's figures 1-3, commands, limits and spectral density, as far as `results` has the runs."""
+    """Return figures 1-3, commands, variants, V, limits and spectral density, as far as `results` has the runs."""
     flown = {name: run for name, run in results.items() if len(run) > 1}
     runs = {SHORT[name]: flown[name] for name in SHORT if name in flown}
     drawn: dict[str, Figure] = {}
@@ -68,6 +73,8 @@ def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
             text = "Attitude of the test mass to the satellite (figure 3)"
             drawn["fig03_relative_attitude"] = _errors(runs, relative_attitude, ANGLES, "rad", r"\varphi_{rel}", text)
             drawn["commands"] = _commands(runs)
+        for name, figure in (("variants", draw_variants(flown)), ("lyapunov", draw_lyapunov(flown))):
+            drawn |= {name: figure} if figure is not None else {}
         if PRINTED_START in flown:
             drawn["printed_start_with_limits"] = _limits(flown[PRINTED_START])
         if ACTUATORS in flown:
@@ -109,7 +116,7 @@ def _errors(
         grid[0][0].set_title("transient")
         grid[0][1].set_title("absolute value, logarithmic")
     figure.align_ylabels([row[0] for row in grid])
-    plots.legend(figure)
+    plots.legend(figure, columns=3)
     return figure
 
 

@@ -5,7 +5,8 @@ and Automation 33(2), 2014, section 4. Chosen where the paper is silent: gains a
 km, 96.7 deg, as GOCE), the drag, the other axes of the initial state, the thrusters, the sensors and their noise.
 
 Names end in -nn with the networks, in -no-nn with their weights frozen at zero. Those with `spectrum` have gusts and
-are long enough for a spectral density; all others have the mean atmosphere only.
+are long enough for a spectral density; all others have the mean atmosphere only. Those with `design-model` fly on the
+model (7) to (9), all others on the full equations.
 """
 
 from typing import Any
@@ -47,7 +48,9 @@ from components.numbers.li2014 import (
 )
 from cosim.masters.explicit import Explicit
 from cosim.studies.papers.flight import Flight
-from cosim.studies.papers.li2014.connections import connect
+from cosim.studies.papers.li2014 import design
+from cosim.studies.papers.li2014.connections import connect, connect_design_model
+from cosim.studies.papers.li2014.design import CENTRES, MEAN_DRAG
 from cosim.studies.papers.li2014.hardware import hardware
 from cosim.studies.papers.li2014.start import initial_state, orbit_attitude
 from cosim.system import Experiment, System, Value
@@ -56,10 +59,14 @@ NN, NO_NN = "li2014-nn", "li2014-no-nn"
 NN_LVLH, NO_NN_LVLH = "li2014-nn-lvlh", "li2014-no-nn-lvlh"
 ACTUATORS, PRINTED_START = "li2014-actuators", "li2014-printed-start-with-limits"
 NN_SPECTRUM, NO_NN_SPECTRUM = "li2014-nn-lvlh-spectrum", "li2014-no-nn-lvlh-spectrum"
+PRINTED, CONSISTENT, GAMMA_10 = "li2014-printed-signs", "li2014-consistent", "li2014-gamma10"
+DESIGN, DESIGN_NO_NN = "li2014-design-model-nn", "li2014-design-model-no-nn"
+DESIGN_PRINTED, DESIGN_CONSISTENT = "li2014-design-model-printed-signs", "li2014-design-model-consistent"
+DESIGN_GAMMA = "li2014-design-model-gamma10"
 
 # chosen
-MEAN_DRAG = 7e-3  # N
 GUSTS = [0.1 * MEAN_DRAG, 0.02 * MEAN_DRAG, 0.02 * MEAN_DRAG]  # N/sqrt(Hz), along-track and lateral
+INERTIA = Value((I_SC * np.eye(3)).tolist(), "kg.m2")
 FEEDFORWARD = [7.8e-3, 0.0, 0.0]  # N, against the drag at the start, LVLH
 
 STOP_TIME, SPECTRUM_TIME = 200.0, 2000.0  # s
@@ -118,6 +125,69 @@ def no_nn_lvlh_spectrum() -> Flight:
     return _flight(NO_NN_SPECTRUM, lvlh=True, network=False, gusts=True)
 
 
+def printed_signs() -> Flight:
+    """Networks on, with a2, b2 of the law as printed, while spring and damper are those of (5)."""
+    return _flight(PRINTED, lvlh=False, network=True, changed={"controller.printed_signs": 1.0})
+
+
+def consistent() -> Flight:
+    """Networks on, the torque on the test mass with what network 2 has learnt, beside u2."""
+    return _flight(CONSISTENT, lvlh=False, network=True, changed={"controller.consistent_feedforward": 1.0})
+
+
+def gamma10() -> Flight:
+    """Networks that learn at a tenth of the speed, Gamma = 10."""
+    return _flight(GAMMA_10, lvlh=False, network=True, changed={"controller.Gamma": [10.0] * 3})
+
+
+def design_model_nn() -> Flight:
+    """Networks on, on the model (7) to (9) of three loops that the law is designed on, figures 1-3."""
+    return _on_design_model(DESIGN)
+
+
+def design_model_no_nn() -> Flight:
+    """Networks off, on the model (7) to (9)."""
+    return _on_design_model(DESIGN_NO_NN, network=False)
+
+
+def design_model_printed_signs() -> Flight:
+    """On the model (7) to (9) with a2, b2 as printed, in plant and law: the test mass alone is unstable."""
+    return _on_design_model(DESIGN_PRINTED, {f"{unit}.printed_signs": 1.0 for unit in ("plant", "controller")})
+
+
+def design_model_consistent() -> Flight:
+    """On the model (7) to (9), the torque on the test mass with what network 2 has learnt, beside u2."""
+    return _on_design_model(DESIGN_CONSISTENT, {"controller.consistent_feedforward": 1.0})
+
+
+def design_model_gamma10() -> Flight:
+    """On the model (7) to (9) with Gamma = 10: networks that learn at a tenth of the speed."""
+    return _on_design_model(DESIGN_GAMMA, {"controller.Gamma": [10.0] * 3})
+
+
+def _on_design_model(name: str, changed: dict[str, Any] | None = None, network: bool = True) -> Flight:
+    gains = _gains(network)
+    known = ("centres", "width", "scale_r", "scale_v", "scale_angle", "scale_rate")
+    nodes = {f"plant.{n}": gains[f"controller.{n}"] for n in known}
+    system = System(
+        name=name,
+        components={"plant": "DragFreeDesignModel", "guidance": "AttitudeStep", "controller": "DragFreeBackstepping"},
+        connections=connect_design_model(),
+        vehicle={"J": INERTIA},
+        parameters=_shared() | design.start() | _inertial() | gains | nodes | (changed or {}),
+        held={"plant.f_dist_S": [0.0] * 3, "plant.tau_dist_S": [0.0] * 3},  # what disturbs is in f
+    )
+    weights = tuple(f"controller.W_{i}" for i in (1, 2, 3))  # what Lyapunov's function is made of, beside the errors
+    experiment = Experiment(
+        stop_time=STOP_TIME,
+        communication_step_size=2e-3,
+        every=50,
+        record=("*", *weights),
+        master=Explicit(),
+    )
+    return system, experiment
+
+
 def _flight(
     name: str,
     *,
@@ -137,14 +207,14 @@ def _flight(
     }
     parameters = _vehicle() | initial_state(lvlh) | _environment(gusts) | _gains(network)
     if not lvlh:
-        parameters |= {"guidance.angle": Value(0.0, "deg"), "guidance.q_start": [1.0, 0.0, 0.0, 0.0]}
+        parameters |= _inertial()
     if limits:
         parameters |= hardware()
     system = System(
         name=name,
         components=components,
         connections=connect(lvlh, limits),
-        vehicle={"J": Value((I_SC * np.eye(3)).tolist(), "kg.m2")},
+        vehicle={"J": INERTIA},
         parameters=parameters | (changed or {}),
     )
     step = SAMPLE if limits else 2e-2 if gusts else 2e-3
@@ -159,7 +229,12 @@ def _flight(
     return system, experiment
 
 
-def _vehicle() -> dict[str, Any]:
+def _inertial() -> dict[str, Any]:
+    return {"guidance.angle": Value(0.0, "deg"), "guidance.q_start": [1.0, 0.0, 0.0, 0.0]}
+
+
+def _shared() -> dict[str, Any]:
+    """Return what plant and controller both have, and the steps of their solvers."""
     shared = {
         "m_sc": Value(M_SC, "kg"),
         "m_tm": Value(M_TM, "kg"),
@@ -170,14 +245,16 @@ def _vehicle() -> dict[str, Any]:
         "D_r": Value(D_R, "N.m.s/rad"),
     }
     both = {f"{unit}.{name}": value for unit in ("plant", "controller") for name, value in shared.items()}
-    return both | {
+    return both | {"plant.solver.step": Value(0.02, "s"), "controller.solver.step": Value(SAMPLE, "s")}
+
+
+def _vehicle() -> dict[str, Any]:
+    return _shared() | {
         "plant.r_h": Value(CAGE, "m"),
         "plant.cage_gap": Value(GAP, "mm"),
         "plant.mu": Value(MU, "m3/s2"),
         "plant.J2": J2,
         "plant.earth_radius": Value(EARTH_RADIUS, "m"),
-        "plant.solver.step": Value(0.02, "s"),
-        "controller.solver.step": Value(SAMPLE, "s"),
     }
 
 
@@ -205,7 +282,7 @@ def _gains(network: bool) -> dict[str, Any]:
         "controller.k_2": [K_2] * 3,
         "controller.Gamma": [GAMMA] * 3,
         "controller.network": float(network),
-        "controller.centres": np.array(np.meshgrid(*[[-1, -0.5, 0, 0.5, 1]] * 2, indexing="ij")).reshape(2, 25),
+        "controller.centres": CENTRES,
         "controller.width": WIDTH,
         "controller.scale_r": Value(SCALE_R, "m"),
         "controller.scale_v": Value(SCALE_V, "m/s"),
