@@ -4,12 +4,11 @@ import re
 import shlex
 import subprocess
 import sys
-from collections import Counter
 from pathlib import Path
 
 import pytest
 
-from cosim.studies.papers import PAPERS, describe
+from cosim.studies.papers import describe
 
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 BLOCK = re.compile(r"^```(\w+) ?(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -52,14 +51,6 @@ def test_every_command_and_file_of_the_readme_runs_in_order(folder):
 def test_a_controller_in_the_readme_takes_about_15_lines(name):
     code = [line for line in FILES[name].splitlines() if line.strip()]
     assert len(code) <= 16
-
-
-def test_the_claims_table_of_the_readme_has_every_claim_of_every_paper():
-    rows = [
-        [cell.strip() for cell in line.strip("|").split("|")] for line in README.splitlines() if line.count("|") == 5
-    ]
-    told = Counter(row[0] for row in rows if row[3] in ("reproduced", "partly", "not reproduced"))
-    assert told == {key: len(paper.claims) for key, paper in PAPERS.items()}
 
 
 def test_the_number_of_experiments_is_that_of_the_papers():
