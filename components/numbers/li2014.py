@@ -27,7 +27,7 @@ SOLAR_FORCE, SUN_N = 5.9e-5, [0.6, -0.64, 0.48]  # N
 PRESSURE_CENTRE = [0.10, 0.02, -0.01]  # m
 GUST_CORNER, GUST_BAND = 0.01, [2e-3, 0.2]  # Hz
 
-# Chosen: hardware, an ion thruster along x as GOCE's, micro-thrusters; position and attitude in the cage as LISA Pathfinder
+# Chosen: hardware, an ion thruster as GOCE's, micro-thrusters; position and attitude as seen by LISA Pathfinder
 SAMPLE = 0.1  # s
 THRUST, MICRO = (1e-3, 20e-3), 0.65e-3  # N: least and most of the ion thruster; most of a micro-thruster, either way
 THRUST_RATE, THRUST_QUANTUM, THRUST_NOISE = 2.5e-3, 12e-6, 12e-6  # N/s, N, N/sqrt(Hz)
