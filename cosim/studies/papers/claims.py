@@ -7,7 +7,7 @@ in some, which are named, else by all parts together. Nothing here is written do
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -41,6 +41,7 @@ class Claim:
     `runs` are experiments by name; every one has to reach `until` (s; of each run, where they differ) or the event that
     ends it. `criterion` says what `measure` tests, in words; `depends` what it depends on that the paper does not say,
     and was chosen: values, cases, thresholds. beyond: no sentence of the paper, but what a reader would ask next.
+    alone: where each reading has runs of its own, the claim in that reading only, which a single run may decide.
     """
 
     paper: str
@@ -52,6 +53,7 @@ class Claim:
     measure: Measure
     depends: str = ""
     beyond: bool = False
+    alone: Sequence["Claim"] = ()
 
     def judge(self, runs: Mapping[str, Result]) -> "Verdict":
         """Measure and judge; a claim whose runs are missing or too short is "not judged" and says why."""
@@ -150,6 +152,23 @@ def decide(readings: Mapping[str, Mapping[str, bool]]) -> Outcome:
     if len(readings) > 1 and any(holds and all(holds.values()) for holds in readings.values()):
         return "in one reading"
     return "partly" if any(parts) else "not reproduced"
+
+
+def in_all_readings(claims: Sequence[Claim]) -> Claim:
+    """Return the claim that is judged in all readings of claims, each of which measures one reading with its runs.
+
+    Words and criterion are those of the first.
+    """
+
+    def measure(runs: Mapping[str, Result]) -> Readings:
+        found: dict[str, Measured] = {}
+        for claim in claims:
+            measured = claim.measure(runs)
+            found |= {"": measured} if isinstance(measured, Measured) else measured
+        return found
+
+    runs = tuple(dict.fromkeys(name for claim in claims for name in claim.runs))
+    return replace(claims[0], runs=runs, measure=measure, alone=tuple(claims))
 
 
 def judge(claims: Iterable[Claim], runs: Mapping[str, Result]) -> list[Verdict]:

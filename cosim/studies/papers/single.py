@@ -8,7 +8,7 @@ if TYPE_CHECKING:  # a run that is not judged or drawn imports nothing that does
     from matplotlib.figure import Figure
 
     from cosim.results.result import Result
-    from cosim.studies.papers.claims import Verdict
+    from cosim.studies.papers.claims import Claim, Verdict
 
 
 def judge_run(name: str, result: "Result") -> "list[Verdict]":
@@ -18,7 +18,7 @@ def judge_run(name: str, result: "Result") -> "list[Verdict]":
         return []
     from cosim.studies.papers.claims import judge
 
-    return judge([claim for claim in owner.claims if set(claim.runs) == {name}], {name: result})
+    return judge(list(filter(None, (_decided(claim, name) for claim in owner.claims))), {name: result})
 
 
 def explain_open(name: str, result: "Result", as_published: bool = True) -> str:
@@ -32,11 +32,16 @@ def explain_open(name: str, result: "Result", as_published: bool = True) -> str:
         return f"claims of {owner.key}: not judged, the run ended early"
     if changed:
         return f"claims of {owner.key}: not judged, for this is not the paper's experiment ({', '.join(changed)})"
-    others = [claim for claim in owner.claims if name in claim.runs and set(claim.runs) != {name}]
+    others = [claim for claim in owner.claims if name in claim.runs and _decided(claim, name) is None]
     words = "claims" if len(others) > 1 else "claim"
     if not others:
         return ""
     return f"{len(others)} more {words} of {owner.key}, of several experiments: adcs reproduce {owner.key}"
+
+
+def _decided(claim: "Claim", name: str) -> "Claim | None":
+    """Return the claim, in all its readings or in one alone, as one run decides it; None if it takes others."""
+    return next((c for c in (claim, *claim.alone) if set(c.runs) == {name}), None)
 
 
 def draw_run(name: str, result: "Result") -> "dict[str, Figure]":

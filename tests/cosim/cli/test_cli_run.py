@@ -319,13 +319,13 @@ def test_a_failure_ends_reproduce_and_the_report_has_what_was_flown(adcs, folder
 
 
 HOLDS = {  # the column 'what holds' of the papers' equations, by the claims' own criteria
-    "zhang2018": "reproduced reproduced partly not not reproduced partly partly",
+    "zhang2018": "reproduced reproduced one not partly reproduced partly partly",
     "xiao2011": "partly not partly reproduced not reproduced reproduced reproduced partly",
     "ye2016": "partly partly partly reproduced partly",
     "li2014": "reproduced reproduced partly not reproduced",
     "geng2012": "partly partly reproduced not not reproduced partly",
 }
-FIGURES = {"zhang2018": 6, "xiao2011": 11, "ye2016": 8, "li2014": 7, "geng2012": 7}
+FIGURES = {"zhang2018": 12, "xiao2011": 11, "ye2016": 8, "li2014": 7, "geng2012": 7}
 
 
 @pytest.mark.slow
@@ -335,7 +335,8 @@ def test_reproduce_all_papers(adcs, folder):
     rows = json.loads((folder / "all" / "claims.json").read_text())
     verdicts = {paper: [row["verdict"] for row in rows if row["paper"] == paper] for paper in HOLDS}
     assert verdicts == {
-        paper: [{"not": "not reproduced"}.get(word, word) for word in words.split()] for paper, words in HOLDS.items()
+        paper: [{"not": "not reproduced", "one": "in one reading"}.get(word, word) for word in words.split()]
+        for paper, words in HOLDS.items()
     }
     report = (folder / "all" / "report.md").read_text()
     for row in rows:

@@ -4,7 +4,7 @@ import pyarrow as pa
 import pytest
 
 from cosim.results.result import Result
-from cosim.studies.papers.claims import Claim, Measured, decide
+from cosim.studies.papers.claims import Claim, Measured, decide, in_all_readings
 
 YES, NO, HALF = {"a": True, "b": True}, {"a": False, "b": False}, {"a": True, "b": False}
 RUN = Result(pa.table({"time": [0.0, 1.0]}), {})
@@ -58,3 +58,17 @@ def test_a_claim_without_its_runs_has_no_parts():
     claim = Claim(paper="p", text="t", paper_number="1", criterion="c", runs=("q",), until=1.0, measure=lambda _: {})
     verdict = claim.judge({"r": RUN})
     assert (verdict.verdict, verdict.measured, verdict.failing) == ("not judged", "needs q", "")
+
+
+def test_a_claim_whose_readings_have_runs_of_their_own_takes_them_all():
+    def reading(name, holds):
+        return Claim(
+            paper="p", text="t", paper_number="1", criterion="c", runs=(name,), until=1.0,
+            measure=lambda runs: {name: Measured(str(len(runs)), holds)},
+        )  # fmt: skip
+
+    whole = in_all_readings([reading("deg", NO), reading("rad", YES)])
+    assert whole.judge({"deg": RUN}).measured == "needs rad"
+    assert whole.judge({"deg": RUN, "rad": RUN}).word == "in one reading (rad)"
+    assert [claim.runs for claim in whole.alone] == [("deg",), ("rad",)]
+    assert whole.alone[0].judge({"deg": RUN}).verdict == "not reproduced"

@@ -18,6 +18,7 @@ from . import zhang2018_reference as outside
 
 PPATC, ATC, PPATC_HALF, ATC_HALF = "zhang2018-ppatc", "zhang2018-atc", "zhang2018-ppatc-half", "zhang2018-atc-half"
 KINDS = {PPATC: ("ppatc", 1.0), ATC: ("atc", 1.0), PPATC_HALF: ("ppatc", 0.5), ATC_HALF: ("atc", 0.5)}
+NAMES = [*KINDS, *(f"{name}-rad" for name in KINDS)]
 T = np.linspace(0.0, 200.0, 4001)
 OMEGA_1 = 2 * np.pi * 0.379
 
@@ -64,12 +65,14 @@ def vibrating(amplitude, damping) -> dict[str, np.ndarray]:
 # The system
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", NAMES)
 def test_the_system_is_complete(name):
     flight, experiment = papers.scenario(name)
     assert flight.name == name
     assert set(flight.components) == {"guidance", "environment", "controller", "plant"}
-    assert (experiment.stop_time, experiment.communication_step_size, experiment.every) == (200.0, 1e-3, 10)
+    stiff = name in (f"{PPATC}-rad", f"{PPATC_HALF}-rad")
+    step, every = (1e-4, 100) if stiff else (1e-3, 10)
+    assert (experiment.stop_time, experiment.communication_step_size, experiment.every) == (200.0, step, every)
     fed = [c.target for c in flight.connections] + list(flight.held)
     controller = ["q_BN", "omega_BN_B", "q_RN", "omega_RN_R", "omega_dot_RN_R"]
     assert sorted(fed) == sorted(
@@ -81,7 +84,7 @@ def test_the_system_is_complete(name):
     assert {p.split(".")[0] for p in flight.parameters} <= set(flight.components)
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", NAMES)
 def test_the_system_fits_its_components(name):
     """All inputs fed, every parameter known, every unit convertible: nothing is left to complain about."""
     flight, _ = papers.scenario(name)
@@ -89,7 +92,8 @@ def test_the_system_fits_its_components(name):
         instance: describe_in_process(CATALOG[reference]()) for instance, reference in flight.components.items()
     }
     settings = {str(port): value for port, value in wire(flight, descriptions).settings.items()}
-    assert settings["controller.angle_unit"] == pytest.approx(np.pi / 180)
+    assert settings["controller.angle_unit"] == pytest.approx(1.0 if name.endswith("-rad") else np.pi / 180)
+    assert settings["controller.hold_step"] == 0
     assert settings["guidance.amplitude[2]"] == pytest.approx(np.pi / 180)
     assert settings["plant.delta[6,3]"] == 2.73
     assert settings["controller.J[2,3]"] == settings["plant.J[2,3]"] == 9.4
@@ -110,6 +114,15 @@ def test_half_gains():
     assert changed == {"controller.K", "controller.tau_w", "controller.tau_mu"}
     assert half["controller.K"] == [0.25, 0.05, 0.25]
     assert (half["controller.tau_w"], half["controller.tau_mu"]) == (0.25, 0.25)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_the_other_reading_has_another_unit_of_angle_and_nothing_else(name):
+    degrees, radians = papers.scenario(name)[0], papers.scenario(f"{name}-rad")[0]
+    assert {n for n in degrees.parameters if degrees.parameters[n] != radians.parameters[n]} == {
+        "controller.angle_unit"
+    }
+    assert dataclasses.replace(radians, name=name, parameters=degrees.parameters) == degrees
 
 
 def test_atc_has_the_same_gains_and_no_performance_bounds():
@@ -166,7 +179,7 @@ def test_disturbance_and_reference_are_those_of_the_paper():
 
 
 def test_registry():
-    assert [name for name in papers.describe() if name.startswith("zhang2018-")] == list(KINDS)
+    assert [name for name in papers.describe() if name.startswith("zhang2018-")] == NAMES
     assert all(paper.title and paper.settled for paper in papers.PAPERS.values())
     assert all(papers.describe().values())
 
@@ -176,6 +189,10 @@ def test_unknown_names_are_answered_with_the_nearest():
         papers.scenario("zhang2018-ppact")
     with pytest.raises(UnknownName, match=r'unknown paper "zhang2019".*"zhang2018"'):
         papers.find("zhang2019")
+    with pytest.raises(UnknownName, match='Did you mean "zhang2018-atc-half-rad"'):
+        papers.scenario("zhang2018-atc-half-grad")
+    with pytest.raises(UnknownName, match=r'unknown reading "radian".*Did you mean "radians"\? .*degrees, radians'):
+        system.read("radian")
 
 
 # Claims
@@ -206,13 +223,29 @@ def claim(start: str) -> Claim:
     return found
 
 
+def in_radians(runs):
+    return {f"{name}-rad": run for name, run in runs.items()}
+
+
+def in_both(runs):
+    return runs | in_radians(runs)
+
+
 @pytest.mark.parametrize("start", CASES)
 def test_each_claim_can_come_out_either_way(start):
     good, bad = ({name: synthetic(e) for name, e in runs.items()} for runs in CASES[start])
-    holds, fails = claim(start).judge(good), claim(start).judge(bad)
+    holds, fails = claim(start).judge(in_both(good)), claim(start).judge(in_both(bad))
     assert holds.verdict == "reproduced", holds
     assert fails.verdict == "not reproduced", fails
     assert holds.measured != fails.measured
+    for first, second, reading in ((good, bad, "degrees"), (bad, good, "radians")):
+        one = claim(start).judge(first | in_radians(second))
+        assert one.word == f"in one reading ({reading})", one
+        assert all(good is part.startswith(reading) for part, good in one.holds.items())
+
+
+def test_every_row_says_what_it_depends_on():
+    assert all("unit of angle" in c.depends for c in papers.PAPERS["zhang2018"].claims)
 
 
 def test_vibration_can_be_suppressed_or_not():
@@ -222,9 +255,9 @@ def test_vibration_can_be_suppressed_or_not():
     damped = synthetic(error, **vibrating(1e-4, 3 * own))
     driven = synthetic(error, **vibrating(1e-2, 0.0))
     suppressed = claim("PPATC suppresses")
-    assert suppressed.judge({PPATC: damped, ATC: weak}).verdict == "reproduced"
-    assert suppressed.judge({PPATC: weak, ATC: weak}).verdict == "partly"
-    assert suppressed.judge({PPATC: driven, ATC: weak}).verdict == "not reproduced"
+    assert suppressed.judge(in_both({PPATC: damped, ATC: weak})).verdict == "reproduced"
+    assert suppressed.judge(in_both({PPATC: weak, ATC: weak})).verdict == "partly"
+    assert suppressed.judge(in_both({PPATC: driven, ATC: weak})).verdict == "not reproduced"
 
 
 def test_every_claim_has_a_case():
@@ -234,32 +267,41 @@ def test_every_claim_has_a_case():
 def test_one_axis_alone_makes_it_partly():
     e = decaying(0.004)
     e[:, 1] += 0.004
-    verdict = claim("PPATC: steady").judge({PPATC: synthetic(e)})
+    verdict = claim("PPATC: steady").judge(in_both({PPATC: synthetic(e)}))
     assert verdict.verdict == "partly"
-    assert verdict.holds == {"roll": True, "pitch": False, "yaw": True}
+    assert verdict.readings["radians"] == {"roll": True, "pitch": False, "yaw": True}
+    assert verdict.failing == "degrees: pitch; radians: pitch"
 
 
 def test_a_claim_without_its_runs_is_not_judged():
     verdict = claim("PPATC settles").judge({PPATC: synthetic(decaying())})
-    assert (verdict.verdict, verdict.measured) == ("not judged", "needs zhang2018-atc")
+    missing = "needs zhang2018-atc, zhang2018-ppatc-rad, zhang2018-atc-rad"
+    assert (verdict.verdict, verdict.measured) == ("not judged", missing)
 
 
 def test_a_run_that_ended_early_is_not_judged():
     short = T[T <= 50]
-    verdict = claim("PPATC: steady").judge({PPATC: synthetic(decaying(time=short), time=short)})
+    verdict = claim("PPATC: steady").judge(in_both({PPATC: synthetic(decaying(time=short), time=short)}))
     assert (verdict.verdict, verdict.measured) == ("not judged", "needs 200 s of zhang2018-ppatc, it has 50 s")
 
 
 def test_a_variable_that_was_not_recorded_is_named():
     table_ = synthetic(decaying()).table
     left = Result(table_.select([n for n in table_.column_names if not n.startswith("guidance")]), {})
-    verdict = claim("PPATC: steady").judge({PPATC: left})
+    verdict = claim("PPATC: steady").judge(in_both({PPATC: left}))
     assert verdict.verdict == "not judged" and '"guidance.q_RN"' in verdict.measured
+
+
+def finished(result: Result) -> Result:
+    return Result(result.table, {"status": "finished"})
 
 
 def test_one_run_is_judged_by_the_claims_it_decides_alone():
     result = synthetic(decaying())
     assert [v.claim for v in papers.judge_run(PPATC, result)] == [c.text for c in papers.PAPERS["zhang2018"].claims[:2]]
+    (steady, _) = papers.judge_run(f"{PPATC}-rad", result)
+    assert (steady.verdict, list(steady.readings)) == ("reproduced", ["radians"])
+    assert papers.explain_open(PPATC, finished(result)).startswith("3 more claims of zhang2018")
     assert papers.judge_run("my_system", result) == []
     result.info["swaps"] = [{"instance": "controller"}]
     assert papers.judge_run(PPATC, result) == []
@@ -268,10 +310,14 @@ def test_one_run_is_judged_by_the_claims_it_decides_alone():
 def test_verdicts_are_not_written_down():
     """A claim holds no verdict: the same claim gives another one for other runs, and a measure decides."""
     changed = dataclasses.replace(claim("PPATC: steady"), measure=lambda runs: Measured("nothing", {"part": False}))
-    assert judge([changed], {PPATC: synthetic(decaying())})[0].verdict == "not reproduced"
+    assert judge([changed], in_both({PPATC: synthetic(decaying())}))[0].verdict == "not reproduced"
 
 
 # Figures
+
+
+def title_of(figure) -> str:
+    return figure.get_suptitle() or figure.axes[0].get_title()
 
 
 def test_figures_are_those_of_the_paper():
@@ -281,6 +327,9 @@ def test_figures_are_those_of_the_paper():
     }
     drawn = papers.PAPERS["zhang2018"].draw(runs)
     assert [name.split("_")[0] for name in drawn] == ["fig02-04", "fig05", "fig06", "fig07", "fig08", "fig09-11"]
+    other = papers.PAPERS["zhang2018"].draw(in_radians(runs))
+    assert list(other) == [f"{name}_radians" for name in drawn]
+    assert "gains in radians" in title_of(other["fig07_torque_radians"])
     for name, figure in drawn.items():
         assert figure.legends, name
         assert all(ax.lines for ax in figure.axes), name
@@ -360,7 +409,8 @@ def test_verdicts_on_the_reference_are_those_of_the_equations_file(reference_run
         name: table(T, **{there.replace(".", "__"): run[here] for there, here in names.items()})
         for name, run in reference_runs.items()
     }
-    found = [v.verdict for v in judge(papers.PAPERS["zhang2018"].claims, runs)]
+    in_degrees = [c.alone[0] for c in papers.PAPERS["zhang2018"].claims]
+    found = [v.verdict for v in judge(in_degrees, runs)]
     assert found == [
         "reproduced",
         "reproduced",

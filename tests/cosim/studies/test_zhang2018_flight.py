@@ -16,6 +16,8 @@ from cosim.masters.explicit import Explicit
 from cosim.studies.papers import PAPERS, scenario
 from cosim.studies.papers.claims import judge
 
+from . import zhang2018_reference as outside
+
 
 def fly(name: str, **changes):
     system, experiment = scenario(name)
@@ -147,10 +149,82 @@ def test_claims_have_the_figures_of_the_equations_file(ppatc, atc):
     assert_allclose(np.abs(half[late(ppatc)]).max(axis=0), [8.0e-5, 7.3e-5, 7.3e-5], rtol=0.01)
     for run, peak in ((ppatc, 2.9e-4), (atc, 5.7e-5)):
         assert_allclose(np.abs(run["plant.eta"][:, 0]).max(), peak, rtol=0.02)
-    verdicts = [verdict.verdict for verdict in judge(PAPERS["zhang2018"].claims, runs)]
+    in_degrees = [claim.alone[0] for claim in PAPERS["zhang2018"].claims]
+    verdicts = [verdict.verdict for verdict in judge(in_degrees, runs)]
     assert verdicts == [
         "reproduced", "reproduced", "partly", "not reproduced", "not reproduced", "reproduced", "partly", "partly",
     ]  # fmt: skip
+
+
+def settling(run):
+    return [run.time[np.flatnonzero(np.abs(degrees(run)[:, i]) > 0.005)[-1]] for i in range(3)]
+
+
+def undershoots(run):
+    """How often pitch turns back through zero between swings beyond 0.005 deg."""
+    pitch = degrees(run)[:, 1]
+    return int(np.count_nonzero(np.diff(np.sign(pitch[np.abs(pitch) > 0.005]))))
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return {law: fly(f"zhang2018-{law}-rad") for law in ("ppatc", "atc", "ppatc-half", "atc-half")}
+
+
+@pytest.mark.slow
+class TestRadians:
+    """The rows of the second look: the unit of angle of the gains is 1 rad, the law is the paper's (no hold_step)."""
+
+    def test_torque_at_the_start(self, runs):
+        assert_allclose(runs["ppatc"]["controller.tau_command_B"][0, 0], -38.5, atol=0.05)
+        assert_allclose(runs["ppatc"]["controller.s"][0], [0.183090, -0.4525, -0.039572], atol=1e-6)
+
+    def test_ppatc_keeps_its_bounds(self, runs):
+        run = runs["ppatc"]
+        z = run["controller.z"] * [1, 1, -1]
+        assert_allclose([z.min(), z.max()], [0.495, 0.833], atol=6e-4)
+        assert run["controller.barrier_hits"].max() == 0
+        assert_allclose(np.abs(degrees(run)[late(run)]).max(axis=0), 0.0025, atol=5e-5)
+
+    def test_ppatc_settles_before_atc(self, runs):
+        assert_allclose(settling(runs["ppatc"]), [27.5, 27.2, 27.3], atol=0.05)
+        assert_allclose(settling(runs["atc"]), [31.4, 51.5, 29.5], atol=0.06)
+
+    def test_atc_oscillates_in_pitch(self, runs):
+        assert undershoots(runs["atc"]) == 10
+        assert_allclose(np.abs(degrees(runs["atc"])[late(runs["atc"]), 1]).max(), 3.8e-4, atol=0.5e-5)
+        half = runs["atc-half"]
+        assert_allclose(np.abs(degrees(half)[late(half), 1]).max(), 7.1e-3, atol=0.5e-4)
+
+    def test_half_gains_change_ppatc_little(self, runs):
+        change = np.abs(degrees(runs["ppatc"]) - degrees(runs["ppatc-half"])).max()
+        assert_allclose(change, 0.00125, atol=0.5e-5)
+
+    def test_verdicts(self, runs):
+        named = {f"zhang2018-{law}-rad": run for law, run in runs.items()}
+        verdicts = judge([claim.alone[1] for claim in PAPERS["zhang2018"].claims], named)
+        assert [v.verdict for v in verdicts] == [
+            "reproduced", "reproduced", "reproduced", "not reproduced", "partly", "reproduced", "partly", "partly",
+        ]  # fmt: skip
+        assert verdicts[4].failing == "radians: roll, yaw"
+
+    @pytest.mark.parametrize(
+        ("law", "factor", "stop", "tolerance"),
+        [("ppatc", 1.0, 12.0, 1e-5), ("ppatc-half", 0.5, 6.0, 1e-5), ("atc", 1.0, 15.0, 2e-4)],
+    )
+    def test_it_is_near_an_outside_reference(self, law, factor, stop, tolerance):
+        """deg; of first order in the step: ATC flies at 1 ms, PPATC at 0.1 ms."""
+        t = np.linspace(0, stop, round(10 * stop) + 1)
+        expected = outside.reference(law.removesuffix("-half"), factor, t, unit=180 / np.pi)
+        _, experiment = scenario(f"zhang2018-{law}-rad")
+        run = fly(f"zhang2018-{law}-rad", stop_time=stop, every=round(0.1 / experiment.communication_step_size))
+        assert_allclose(degrees(run), expected["e"], atol=tolerance)
+
+    def test_twice_the_step_diverges(self):
+        """The gain of PPATC's held torque passes 2 / 0.2 ms at 38.6 s, on its way to 1.2e4 1/s."""
+        with pytest.raises(StepFailed) as caught:
+            fly("zhang2018-ppatc-rad", communication_step_size=2e-4, every=50, master=Explicit())
+        assert_allclose(caught.value.time, 38.6, atol=0.5)
 
 
 @pytest.mark.parametrize("name", ["zhang2018-ppatc", "zhang2018-atc"])

@@ -3,7 +3,7 @@
 Nothing is shared with components/ or cosim/: the attitude is three Euler angles, not a quaternion; the flexible hub is
 solved as one 11 x 11 mass matrix; the transformed error is differentiated by the chain rule; every number is typed.
 Numbers in brackets are the paper's equations (C. Zhang, Y. Sun, G. Ma, C. Li, J. Harbin Inst. Tech. 50(4), 2018). The
-controller works in degrees, as its printed bounds and network centres do.
+controller works in degrees, as its printed bounds and network centres do, or in another unit (its size in degrees).
 
     python tests/cosim/zhang2018_reference.py        prints the figures of all four runs
 """
@@ -78,13 +78,13 @@ def disturbance(t: float) -> np.ndarray:
     return 0.0045 * np.array([c + 1, c + s, s + 1])
 
 
-def surface(kind: Kind, t: float, e: np.ndarray, e_dot: np.ndarray, theta_d_ddot: np.ndarray):
-    """s, and the acceleration (deg/s2) that keeps it if nothing disturbs; epsilon, z, and d s'/d theta''."""
+def surface(kind: Kind, t: float, e: np.ndarray, e_dot: np.ndarray, theta_d_ddot: np.ndarray, unit: float):
+    """s, and the acceleration (unit/s2) that keeps it if nothing disturbs; epsilon, z, and d s'/d theta''."""
     if kind == "atc":
         s = SLOPE * e + e_dot
         return s, theta_d_ddot - SLOPE * e_dot, np.full(3, np.nan), np.full(3, np.nan), np.ones(3)
-    fall = (RHO_0 - RHO_INF) * np.exp(-DECAY * t)
-    rho, rho_dot, rho_ddot = fall + RHO_INF, -DECAY * fall, DECAY**2 * fall  # (5)
+    fall, end = (RHO_0 - RHO_INF) / unit * np.exp(-DECAY * t), RHO_INF / unit
+    rho, rho_dot, rho_ddot = fall + end, -DECAY * fall, DECAY**2 * fall  # (5)
     z = e / rho  # (8)
     if not np.all((z > LOW) & (z < HIGH)):
         raise ArithmeticError(f"z = {z} left its bounds at t = {t}")
@@ -107,8 +107,9 @@ def split(x: np.ndarray):
 class Loop:
     """Right-hand side and outputs of one closed loop."""
 
-    def __init__(self, kind: Kind, gain_factor: float):
+    def __init__(self, kind: Kind, gain_factor: float, unit: float = 1.0):
         self.kind: Kind = kind
+        self.unit = unit  # deg
         self.K, self.tau = gain_factor * GAIN, gain_factor * ADAPTATION
 
     def control(self, t: float, x: np.ndarray) -> dict[str, np.ndarray]:
@@ -117,19 +118,19 @@ class Loop:
         theta_dot = np.linalg.solve(euler_kinematics(theta, np.zeros(3))[0], omega)  # (3)
         G, G_dot = euler_kinematics(theta, theta_dot)
         theta_d, theta_d_dot, theta_d_ddot = desired(t)
-        e, e_dot = theta / DEG - theta_d, theta_dot / DEG - theta_d_dot
-        s, keep, eps, z, r = surface(self.kind, t, e, e_dot, theta_d_ddot)
+        e, e_dot = (theta / DEG - theta_d) / self.unit, (theta_dot / DEG - theta_d_dot) / self.unit
+        s, keep, eps, z, r = surface(self.kind, t, e, e_dot, theta_d_ddot / self.unit, self.unit)
         norm = np.sqrt(s @ s)
         h = np.exp(-np.sum((np.concatenate([e, e_dot])[:, None] - SIX_BY_SEVEN) ** 2, axis=0) / (2 * WIDTH**2))
         D_hat = W @ h
-        acceleration = keep - D_hat - mu**2 * s / (mu * norm + SMOOTHING) - self.K * s  # (12), deg/s2
-        omega_dot = DEG * G @ acceleration + G_dot @ theta_dot
+        acceleration = keep - D_hat - mu**2 * s / (mu * norm + SMOOTHING) - self.K * s  # (12), unit/s2
+        omega_dot = self.unit * DEG * G @ acceleration + G_dot @ theta_dot
         return {
             "u": HUB @ omega_dot + cross(omega, HUB @ omega),  # (1) without modes
             "W_dot": self.tau * (np.outer(s, h) - LEAKAGE * W),  # (13)
             "mu_dot": self.tau * (norm - LEAKAGE * mu),  # (14)
             "theta_dot": theta_dot,
-            "e": e,
+            "e": self.unit * e,
             "s": s,
             "eps": eps,
             "z": z,
@@ -178,10 +179,10 @@ def quaternion(theta: np.ndarray) -> np.ndarray:
     )
 
 
-def reference(kind: Kind, gain_factor: float, t_eval: np.ndarray) -> dict[str, np.ndarray]:
+def reference(kind: Kind, gain_factor: float, t_eval: np.ndarray, unit: float = 1.0) -> dict[str, np.ndarray]:
     """The run at the times of t_eval (ascending, from 0 on): angles and rates in rad, e in deg, u in N m."""
     t_eval = np.asarray(t_eval, float)
-    loop = Loop(kind, gain_factor)
+    loop = Loop(kind, gain_factor, unit)
     solution = solve_ivp(loop, (0.0, t_eval[-1]), start(), "LSODA", t_eval, rtol=1e-9, atol=1e-13, max_step=0.5)
     if not solution.success:
         raise ArithmeticError(solution.message)

@@ -1,16 +1,17 @@
 """The claims of zhang2018, each with the criterion that decides it.
 
-e_i is the error of an Euler angle (tracking.py), not what a controller says of itself.
+e_i is the error of an Euler angle (tracking.py), not what a controller says of itself. Every claim is judged in both
+readings of the unit of angle, degrees first: in them the paper prints bounds, start and centres.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from cosim.arrays import FloatArray
 from cosim.results.result import Result
 from cosim.studies.metrics import settling_time
-from cosim.studies.papers.claims import AXES, Claim, Measure, Measured, format_all, per_axis, window
+from cosim.studies.papers.claims import AXES, Claim, Measured, Readings, format_all, in_all_readings, per_axis, window
 from cosim.studies.papers.zhang2018.system import (
     ATC,
     ATC_HALF,
@@ -18,6 +19,7 @@ from cosim.studies.papers.zhang2018.system import (
     OVERSHOOT,
     PPATC,
     PPATC_HALF,
+    READINGS,
     RHO_0,
     RHO_INF,
     STOP_TIME,
@@ -98,20 +100,20 @@ def _half_ppatc(runs: Mapping[str, Result]) -> Measured:
     change = np.array([np.interp(half.time, full.time, column) for column in original.T]).T - reduced
     late = np.max(np.abs(change[window(half, 20.0)]), axis=0)
     most = np.max(np.abs(change), axis=0)
-    holds = per_axis(most, lambda d: d <= 0.1 * RHO_0, "change,") | per_axis(
-        late, lambda d: d <= 0.1 * RHO_INF, "late,"
+    holds = per_axis(most, lambda d: d <= 0.1 * RHO_0, "change of") | per_axis(
+        late, lambda d: d <= 0.1 * RHO_INF, "late change of"
     )
-    holds |= {f"bounds, {axis}": good for axis, good in _within_bounds(half).items()}
-    holds |= per_axis(_largest(half), lambda e: e <= RHO_INF, "accuracy,")
+    holds |= {f"bounds of {axis}": good for axis, good in _within_bounds(half).items()}
+    holds |= per_axis(_largest(half), lambda e: e <= RHO_INF, "accuracy of")
     return Measured(f"change at most {format_all(most)} deg, after 20 s {format_all(late)} deg", holds)
 
 
 def _half_atc(runs: Mapping[str, Result]) -> Measured:
     before, after = _largest(runs[ATC]), _largest(runs[ATC_HALF])
     shallow, deep = _undershoot(runs[ATC]), _undershoot(runs[ATC_HALF])
-    holds = per_axis(after / before, lambda ratio: ratio > 1.1, "accuracy,")
+    holds = per_axis(after / before, lambda ratio: ratio > 1.1, "accuracy of")
     worse = (deep > 1.1 * shallow) & (deep > RHO_INF)
-    holds |= {f"oscillation, {axis}": bool(w) for axis, w in zip(AXES, worse, strict=True)}
+    holds |= {f"oscillation of {axis}": bool(w) for axis, w in zip(AXES, worse, strict=True)}
     text = f"steady {format_all(before)} -> {format_all(after)} deg, "
     text += f"undershoot {format_all(shallow)} -> {format_all(deep)} deg"
     return Measured(text, holds)
@@ -137,16 +139,35 @@ def _suppressed(runs: Mapping[str, Result]) -> Measured:
     return Measured(text, holds)
 
 
-def _claim(text: str, said: str, criterion: str, measure: Measure, *runs: str) -> Claim:
-    return Claim(
-        paper="zhang2018",
-        text=text,
-        paper_number=said,
-        criterion=criterion,
-        runs=runs,
-        until=STOP_TIME,
-        measure=measure,
-    )
+OPEN = "the unit of angle of gains and centres (two readings); Table 1's rates as Euler rates; d in body axes"
+
+
+def _claim(
+    text: str,
+    said: str,
+    criterion: str,
+    measure: Callable[[Mapping[str, Result]], Measured],
+    *runs: str,
+    chosen: str = "",
+) -> Claim:
+    """Return a claim in both readings; `measure` knows the runs by their names in degrees."""
+
+    def read(reading: str, suffix: str) -> Claim:
+        def measured(results: Mapping[str, Result]) -> Readings:
+            return {reading: measure({name: results[name + suffix] for name in runs})}
+
+        return Claim(
+            paper="zhang2018",
+            text=text,
+            paper_number=said,
+            criterion=criterion,
+            runs=[name + suffix for name in runs],
+            until=STOP_TIME,
+            measure=measured,
+            depends="; ".join(filter(None, (OPEN, chosen))),
+        )
+
+    return in_all_readings([read(name, reading.suffix) for name, reading in READINGS.items()])
 
 
 CLAIMS = (
@@ -171,6 +192,7 @@ CLAIMS = (
         _ppatc_first,
         PPATC,
         ATC,
+        chosen="settled: within 0.005 deg",
     ),
     _claim(
         "ATC misses the accuracy of 0.005 deg",
@@ -185,6 +207,7 @@ CLAIMS = (
         "e_i reverses at least twice between swings of more than 0.005 deg, on each axis",
         _atc_oscillates,
         ATC,
+        chosen="a swing: beyond 0.005 deg",
     ),
     _claim(
         "half gains: PPATC changes little and keeps its bounds",
@@ -194,6 +217,7 @@ CLAIMS = (
         _half_ppatc,
         PPATC,
         PPATC_HALF,
+        chosen="little: a tenth of the bound",
     ),
     _claim(
         "half gains: ATC less accurate, oscillates more",
@@ -202,6 +226,7 @@ CLAIMS = (
         _half_atc,
         ATC,
         ATC_HALF,
+        chosen="less, more: by a tenth",
     ),
     _claim(
         "PPATC suppresses the panels' vibration",
@@ -211,5 +236,6 @@ CLAIMS = (
         _suppressed,
         PPATC,
         ATC,
+        chosen="suppressed: faster than by its own damping, no stronger than with ATC",
     ),
 )

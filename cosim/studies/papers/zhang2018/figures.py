@@ -11,7 +11,16 @@ from cosim.results.result import Result
 from cosim.studies import plots
 from cosim.studies.metrics import reference_rate, series
 from cosim.studies.papers.claims import AXES
-from cosim.studies.papers.zhang2018.system import ATC, ATC_HALF, OVERSHOOT, PPATC, PPATC_HALF, RHO_INF, THETA_0
+from cosim.studies.papers.zhang2018.system import (
+    ATC,
+    ATC_HALF,
+    OVERSHOOT,
+    PPATC,
+    PPATC_HALF,
+    READINGS,
+    RHO_INF,
+    THETA_0,
+)
 from cosim.studies.papers.zhang2018.tracking import STEADY, angles, bound, tracking_error
 
 SHORT = {PPATC: "PPATC", ATC: "ATC", PPATC_HALF: "PPATC, half gains", ATC_HALF: "ATC, half gains"}
@@ -24,25 +33,35 @@ LOOKS: dict[str, dict[str, Any]] = {  # blue: PPATC, orange: ATC, the paler with
 
 
 def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
-    """Return the paper's figures 2-11, as far as `results` has the runs."""
-    runs = {SHORT[name]: results[name] for name in SHORT if name in results and len(results[name]) > 1}
+    """Return the paper's figures 2-11, in each reading of the unit of angle as far as `results` has the runs."""
+    drawn: dict[str, Figure] = {}
+    with mpl.rc_context(plots.STYLE):
+        for reading, angles_in in READINGS.items():
+            named = {SHORT[name]: results.get(name + angles_in.suffix) for name in SHORT}
+            runs = {name: run for name, run in named.items() if run is not None and len(run) > 1}
+            first = reading == next(iter(READINGS))
+            ending, note = ("", "") if first else (f"_{reading}", f"; gains in {reading}")
+            drawn |= {name + ending: figure for name, figure in _draw(runs, note).items()}
+    return drawn
+
+
+def _draw(runs: Mapping[str, Result], note: str) -> dict[str, Figure]:
+    """Draw the runs of one reading, by their short names; `note` ends the titles."""
     full = {name: runs[name] for name in ("PPATC", "ATC") if name in runs}
     half = {name: run for name, run in runs.items() if name not in full}
     drawn: dict[str, Figure] = {}
-    with mpl.rc_context(plots.STYLE):
-        if full:
-            drawn["fig02-04_tracking_error"] = _errors(full, "Tracking error (figures 2-4)")
-        if "PPATC" in full:
-            run = full["PPATC"]
-            drawn["fig05_attitude"] = _attitude(run)
-            drawn["fig06_rates"] = _rates(run)
-            drawn["fig07_torque"] = _torque(run)
-            if all(series(run, "plant.eta") is not None for run in full.values()):
-                drawn["fig08_modal_coordinates"] = _modes(full)
-        if half:
-            drawn["fig09-11_tracking_error_half_gains"] = _errors(
-                full | half, "Tracking error, half gains (figures 9-11)"
-            )
+    if full:
+        drawn["fig02-04_tracking_error"] = _errors(full, f"Tracking error (figures 2-4){note}")
+    if "PPATC" in full:
+        run = full["PPATC"]
+        drawn["fig05_attitude"] = _attitude(run, note)
+        drawn["fig06_rates"] = _rates(run, note)
+        drawn["fig07_torque"] = _torque(run, note)
+        if all(series(run, "plant.eta") is not None for run in full.values()):
+            drawn["fig08_modal_coordinates"] = _modes(full, note)
+    if half:
+        title = f"Tracking error, half gains (figures 9-11){note}"
+        drawn["fig09-11_tracking_error_half_gains"] = _errors(full | half, title)
     return drawn
 
 
@@ -76,30 +95,33 @@ def _errors(runs: Mapping[str, Result], title: str) -> Figure:
     return figure
 
 
-def _attitude(run: Result) -> Figure:
+def _attitude(run: Result, note: str) -> Figure:
     traces = {"body": (run.time, angles(run["plant.q_BN"])), "reference": (run.time, angles(run["guidance.q_RN"]))}
     names = [rf"${symbol}$, {axis}" for symbol, axis in zip((r"\varphi", r"\theta", r"\psi"), AXES, strict=True)]
-    figure, _ = plots.stack(traces, names, "deg", "Attitude, PPATC (figure 5)")
+    figure, _ = plots.stack(traces, names, "deg", f"Attitude, PPATC (figure 5){note}")
     plots.legend(figure)
     return figure
 
 
-def _rates(run: Result) -> Figure:
+def _rates(run: Result, note: str) -> Figure:
     traces = {"body": (run.time, np.degrees(run["plant.omega_BN_B"]))}
     wanted = reference_rate(run)
     if wanted is not None:
         traces["reference"] = (run.time, np.degrees(wanted))
-    figure, _ = plots.stack(traces, [rf"$\omega_{axis}$" for axis in "xyz"], "deg/s", "Body rate, PPATC (figure 6)")
+    figure, _ = plots.stack(
+        traces, [rf"$\omega_{axis}$" for axis in "xyz"], "deg/s", f"Body rate, PPATC (figure 6){note}"
+    )
     plots.legend(figure)
     return figure
 
 
-def _torque(run: Result) -> Figure:
+def _torque(run: Result, note: str) -> Figure:
     """Draw u on the left, and on the right what remains after the first seconds."""
     rows = run["controller.tau_command_B"]
-    later = 20.0
+    large = np.max(np.abs(rows), axis=1) > 0.1 * np.max(np.abs(rows))
+    later = float(np.clip(4 * run.time[large][-1], 1.0, 20.0)) if large.any() else 20.0
     columns = 2 if run.time[-1] > 1.5 * later else 1
-    figure, grid = plots.panels(3, columns, "Control torque, PPATC (figure 7); the paper has no limit")
+    figure, grid = plots.panels(3, columns, f"Control torque, PPATC (figure 7); the paper has no limit{note}")
     for i, row in enumerate(grid):
         row[0].plot(run.time, rows[:, i], label="PPATC", **plots.look(0))
         row[0].set_ylabel(plots.label(f"$u_{i + 1}$, {AXES[i]}", "N.m"))
@@ -116,9 +138,9 @@ def _torque(run: Result) -> Figure:
     return figure
 
 
-def _modes(runs: Mapping[str, Result]) -> Figure:
+def _modes(runs: Mapping[str, Result], note: str) -> Figure:
     """Draw the modes of panel 1; those of panel 2 are their opposites."""
-    figure, grid = plots.panels(4, 1, "Modal coordinates of panel 1 (figure 8: PPATC)")
+    figure, grid = plots.panels(4, 1, f"Modal coordinates of panel 1 (figure 8: PPATC){note}")
     axes = [row[0] for row in grid]
     for i, ax in enumerate(axes):
         rows = {name: run["plant.eta"][:, i] for name, run in runs.items()}

@@ -1,4 +1,4 @@
-"""The four experiments of zhang2018.
+"""The four experiments of zhang2018, each in two readings of the unit of angle.
 
 C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible spacecraft,
 J. Harbin Inst. Tech. 50(4), 2018, 10.11918/j.issn.0367-6234.201612089, section 4.
@@ -8,10 +8,13 @@ rotations, so that
     omega_BN_B = G(theta) theta',  G = [ cos psi cos th  sin psi  0                               (3)
                                         -sin psi cos th  cos psi  0
                                          sin th          0        1]
-Chosen where the paper is silent: the rates of its Table 1 are those of the Euler angles, the controller's angles are in
-degrees, the disturbance is in body axes, the panels and the adaptation start at zero, 200 s, no torque limit.
+Chosen where the paper is silent: the rates of its Table 1 are those of the Euler angles, the disturbance is in body
+axes, the panels and the adaptation start at zero, 200 s, no torque limit. It does not say in which unit its gains take
+angles: degrees, in which it prints bounds, start and centres, or radians (`-rad`: the gains and the network's numbers
+as printed, bounds and start still in degrees). s of PPATC is free of it, so that K is 57.3 times stronger there.
 """
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -46,6 +49,7 @@ from components.numbers.zhang2018 import (
     K,
 )
 from cosim.arrays import FloatArray
+from cosim.errors import UnknownName
 from cosim.masters.explicit import Explicit
 from cosim.studies.papers.flight import Flight
 from cosim.system import Connection, Experiment, System, Value
@@ -56,24 +60,64 @@ PPATC_HALF, ATC_HALF = "zhang2018-ppatc-half", "zhang2018-atc-half"
 STOP_TIME = 200.0  # s
 
 
+@dataclass(frozen=True)
+class Reading:
+    """A unit of angle of the gains: how its experiments' names end, and the step that PPATC's held torque needs, s."""
+
+    suffix: str
+    unit: Value
+    step: float
+
+
+# The gain of (12) reaches 570 1/s in degrees, 1.2e4 1/s in radians: a torque held over h needs less than 2 / h.
+READINGS = {"degrees": Reading("", Value(1.0, "deg"), 1e-3), "radians": Reading("-rad", Value(1.0, "rad"), 1e-4)}
+
+
 def ppatc() -> Flight:
     """Prescribed performance adaptive tracking (PPATC) of a sinusoidal attitude, figures 2-8."""
-    return _flight(PPATC, "PrescribedPerformance", 1.0)
+    return _flight(PPATC)
 
 
 def atc() -> Flight:
     """Adaptive tracking (ATC), the same gains without prescribed performance, figures 2-4."""
-    return _flight(ATC, "AdaptiveTracking", 1.0)
+    return _flight(ATC)
 
 
 def ppatc_half() -> Flight:
     """PPATC with K, tau_w and tau_mu halved, figures 9-11."""
-    return _flight(PPATC_HALF, "PrescribedPerformance", 0.5)
+    return _flight(PPATC_HALF)
 
 
 def atc_half() -> Flight:
     """ATC with K, tau_w and tau_mu halved, figures 9-11."""
-    return _flight(ATC_HALF, "AdaptiveTracking", 0.5)
+    return _flight(ATC_HALF)
+
+
+def ppatc_rad() -> Flight:
+    """PPATC with gains of angles in radians, figures 2-8."""
+    return _flight(PPATC, "radians")
+
+
+def atc_rad() -> Flight:
+    """ATC with gains of angles in radians, figures 2-4."""
+    return _flight(ATC, "radians")
+
+
+def ppatc_half_rad() -> Flight:
+    """PPATC with gains of angles in radians, halved, figures 9-11."""
+    return _flight(PPATC_HALF, "radians")
+
+
+def atc_half_rad() -> Flight:
+    """ATC with gains of angles in radians, halved, figures 9-11."""
+    return _flight(ATC_HALF, "radians")
+
+
+def read(name: str) -> Reading:
+    """Return a reading by its name; raises `UnknownName` with the nearest."""
+    if name not in READINGS:
+        raise UnknownName("reading", name, "zhang2018", list(READINGS))
+    return READINGS[name]
 
 
 def initial_attitude() -> tuple[FloatArray, FloatArray]:
@@ -84,10 +128,14 @@ def initial_attitude() -> tuple[FloatArray, FloatArray]:
     return Rotation.from_euler("XYZ", theta).as_quat(scalar_first=True), G @ np.radians(THETA_DOT_0)
 
 
-def _flight(name: str, controller: str, gain_factor: float) -> Flight:
+def _flight(experiment: str, reading: str = "degrees") -> Flight:
+    angles = read(reading)
+    prescribed = experiment in (PPATC, PPATC_HALF)
+    controller = "PrescribedPerformance" if prescribed else "AdaptiveTracking"
+    gain_factor = 0.5 if experiment in (PPATC_HALF, ATC_HALF) else 1.0
     q_BN, omega_BN_B = initial_attitude()
     system = System(
-        name=name,
+        name=experiment + angles.suffix,
         components={
             "guidance": "EulerSinusoid",
             "environment": "HarmonicTorque",
@@ -122,18 +170,22 @@ def _flight(name: str, controller: str, gain_factor: float) -> Flight:
             "environment.sine": Value(SINE, "N.m"),
             "environment.cosine": Value(COSINE, "N.m"),
             "environment.frequency": Value(ORBIT_RATE, "rad/s"),
-            **_gains(gain_factor),
-            **(_performance() if controller == "PrescribedPerformance" else {}),
+            **_gains(gain_factor, angles.unit),
+            **(_performance() if prescribed else {}),
         },
     )
     # Centred: with the measurement held over a step, mu_hat(200 s) would be off by 3.4e-5, h/2 tau_mu |s(0)| e^-1.
     master = Explicit(centred=True)
-    return system, Experiment(stop_time=STOP_TIME, communication_step_size=1e-3, every=10, master=master)
+    step = angles.step if prescribed else 1e-3
+    return system, Experiment(
+        stop_time=STOP_TIME, communication_step_size=step, every=round(0.01 / step), master=master
+    )
 
 
-def _gains(factor: float) -> dict[str, Any]:
+def _gains(factor: float, unit: Value) -> dict[str, Any]:
     return {
-        "controller.angle_unit": Value(1.0, "deg"),
+        "controller.angle_unit": unit,
+        "controller.hold_step": Value(0.0, "s"),  # the paper's law
         "controller.Lambda": LAMBDA,
         "controller.K": [factor * k for k in K],
         "controller.sigma": SIGMA,
