@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 MODULES = {
     "AdaptiveL2Gain": "components.controllers.adaptive_l2_gain",
+    "AdaptiveL2GainTracking": "components.controllers.adaptive_l2_gain_tracking",
     "AdaptiveTracking": "components.controllers.adaptive_tracking",
     "AttitudeStep": "components.guidance.attitude_step",
     "BodyRateSinusoid": "components.guidance.body_rate_sinusoid",
@@ -33,6 +34,7 @@ MODULES = {
     "ModalObserver": "components.estimators.modal_observer",
     "OrbitFrame": "components.guidance.orbit_frame",
     "OrbitFrameFromState": "components.guidance.orbit_frame_from_state",
+    "OrbitFrameSinusoid": "components.guidance.orbit_frame_sinusoid",
     "PID": "components.controllers.pid",
     "PrescribedPerformance": "components.controllers.prescribed_performance",
     "ReactionWheels": "components.actuators.reaction_wheels",

@@ -1,11 +1,14 @@
 """Adaptive L2-gain attitude tracking with input constraint, axis by axis in Euler angles 3-2-1.
 
-theta angles from the reference to the body, w_e = omega_BN_B - dcm_BR omega_RN_R, T the unit of time of the gains:
+theta angles from the reference to the body, w_e = omega_BN_B - dcm_BR omega_RN_R, T the unit of time of the gains; y_d
+the angles wanted, here zero (adaptive_l2_gain_tracking.py has others):
     theta' = R^-1 w_e                                                                             (1a)
-    z1 = theta,  z2 = theta' - alpha,  alpha = -(k + 1/2) z1 / T,  alpha' = -(k + 1/2) theta' / T (1b)
+    z1 = theta - y_d                                                                              (6)
+    z2 = theta' - y_d' - alpha                                                                    (7)
+    alpha = -(k + 1/2) z1 / T,  alpha' = -(k + 1/2) (theta' - y_d') / T                           (14)
     X_j = exp(-(|theta - c_j|^2 + T^2 |theta' - c'_j|^2) / sigma^2)                               (38)
     f_hat = W_f X,  g_hat = max(W_g X / J_n, g_min)                                               (1c)
-    u_adap = -f_hat + alpha' - z1 / T^2 - p1 z2 / T                                               (18)
+    u_adap = -f_hat + y_d'' + alpha' - z1 / T^2 - p1 z2 / T                                       (18a)
     u_rob = -kappa e2 / T,  kappa = (gamma^2 + 1) / (2 gamma^2)                                   (29)
     u = (u_adap + u_rob) / g_hat                                                                  (27)
     tau_command = u_out = min(max(u, -torque_limit), torque_limit)                                (23)
@@ -19,8 +22,8 @@ e1 = 0. With true f, g: V3 = sum z1^2/T^2 + e2^2 + |W_f~|^2 T^2/c1 + |W_g~|^2/(c
 
 Frames: B body, R reference. Symbols: rows of W_f, W_g are axes.
 Source: B. Xiao, Q. Hu, G. Ma, Adaptive L2-gain controller for flexible spacecraft attitude tracking, Control Theory &
-Applications 28(1), 2011, section 3. Changed: z2, not e2, in (18) as its proof has it; floor, projection and J_n are not
-in it; (1a)-(1c) are numbers of this file. The start weights make g_hat = 1 / J_n at the centres; the paper draws them
+Applications 28(1), 2011, section 3. Changed: z2, not e2, in (18a) as its proof has it; floor, projection and J_n are
+not in it; (1c) is a number of this file. The start weights make g_hat = 1 / J_n at the centres; the paper draws them
 from (0, 1).
 Invariants: (32) while the floor is not reached; at theta = w_e = 0, W_f = 0, e1 = 0 no torque.
 Limits: near a pitch of 90 deg (0.06 deg) `gimbal_lock` reports it and |cos| counts as 1e-3: the torque is bounded and
@@ -55,11 +58,23 @@ from ..vehicle import DEGREE
 
 
 @dataclass(frozen=True)
+class Motion:
+    """The body's angles and their rates from where they start, the angles wanted and their derivatives."""
+
+    theta: Any
+    theta_dot: Any
+    y_d: Any = 0
+    y_d_dot: Any = 0
+    y_d_ddot: Any = 0
+
+
+@dataclass(frozen=True)
 class Law:
     """What the outputs and the rates of the law are made of."""
 
     theta: Any
     X: Any
+    z1: Any
     z2: Any
     e2: Any
     f_hat: Any
@@ -68,6 +83,13 @@ class Law:
     u: Any
     u_out: Any
     lock: Any
+
+
+def angles_from(q_BN: Any, omega_BN_B: Any, q_FN: Any, omega_FN_F: Any) -> tuple[Any, Any]:
+    """Return the body's angles 3-2-1 from a frame F, and their rates."""
+    q_BF = quaternion.error(q_BN, q_FN)
+    theta = euler.angles_321(q_BF)
+    return theta, euler.rates_321(theta, omega_BN_B - quaternion.dcm(q_BF) @ omega_FN_F, euler.LOCK)  # (1a)
 
 
 class AdaptiveL2Gain(Component):
@@ -165,24 +187,29 @@ class AdaptiveL2Gain(Component):
         """Return J_n."""
         return ca.if_else(p.normalised > 0.5, ca.diag(p.J), ca.SX.ones(3))
 
+    def motion(self, u: Any, p: Any) -> Motion:
+        """Return the angles that the law is about, from the reference, and what is wanted of them."""
+        return Motion(*angles_from(u.q_BN, u.omega_BN_B, u.q_RN, u.omega_RN_R))
+
     def _law(self, x: Any, u: Any, p: Any) -> Law:
-        q_BR, T = quaternion.error(u.q_BN, u.q_RN), p.time_unit
-        theta = euler.angles_321(q_BR)
-        theta_dot = euler.rates_321(theta, u.omega_BN_B - quaternion.dcm(q_BR) @ u.omega_RN_R, euler.LOCK)  # (1a)
+        motion, T = self.motion(u, p), p.time_unit
+        theta, theta_dot = motion.theta, motion.theta_dot
         slope = (p.k_theta + 0.5) / T
-        z2 = theta_dot + slope * theta  # (1b)
+        z1, z1_dot = theta - motion.y_d, theta_dot - motion.y_d_dot  # (6)
+        z2 = z1_dot + slope * z1  # (7), (14)
         width = p.theta_width / np.sqrt(2)
         X = gaussian((theta, p.theta_centres, width), (theta_dot, p.theta_dot_centres, width / T))  # (38)
         f_hat, product = x.W_f @ X, x.W_g @ X / self._scale(p)
         g_hat = ca.fmax(product, p.g_min)  # (1c)
         e2 = z2 - x.e1  # (26)
         kappa = (p.gamma_l2**2 + 1) / (2 * p.gamma_l2**2)
-        adaptive = -f_hat - slope * theta_dot - theta / T**2 - p.p1 * z2 / T  # (18)
+        adaptive = -f_hat + motion.y_d_ddot - slope * z1_dot - z1 / T**2 - p.p1 * z2 / T  # (18a)
         robust = -kappa * e2 / T  # (29)
         raw = (adaptive + robust) / g_hat  # (27)
         return Law(
             theta=theta,
             X=X,
+            z1=z1,
             z2=z2,
             e2=e2,
             f_hat=f_hat,

@@ -15,6 +15,7 @@ Sequence 3-2-1 turns by psi about z, then th about y, then phi about x:
     omega_BN_B = R(theta) theta',   R = [1  0         -sin th                                     (7)
                                          0  cos phi    sin phi cos th
                                          0 -sin phi    cos phi cos th]
+    omega_BN_B' = R theta'' + R' theta'                                                           (8)
 
 Frames: B body, N the frame that the angles start from (inertial, reference or orbit frame). Quaternions scalar first.
 Source: (4) C. Zhang, Y. Sun, G. Ma, C. Li, Prescribed performance adaptive attitude tracking control for flexible
@@ -98,6 +99,23 @@ def angles_321(q_BN: Any) -> Any:
     th = ca.atan2(-C[0, 2], ca.sqrt(C[0, 0] ** 2 + C[0, 1] ** 2))
     psi = ca.atan2(C[0, 1], C[0, 0])
     return ca.vertcat(phi, th, psi)  # (6)
+
+
+def R_321(theta: Any) -> Any:
+    """Return R: body rate from the rates of the angles of sequence 3-2-1."""
+    phi, th, _ = ca.vertsplit(theta)
+    s, c, ct = ca.sin(phi), ca.cos(phi), ca.cos(th)
+    return ca.vertcat(ca.horzcat(1, 0, -ca.sin(th)), ca.horzcat(0, c, s * ct), ca.horzcat(0, -s, c * ct))  # (7)
+
+
+def R_dot_321(theta: Any, theta_dot: Any) -> Any:
+    """Return the time derivative of R."""
+    phi, th, _ = ca.vertsplit(theta)
+    phi_dot, th_dot, _ = ca.vertsplit(theta_dot)
+    s, c, st, ct = ca.sin(phi), ca.cos(phi), ca.sin(th), ca.cos(th)
+    row_2 = ca.horzcat(0, -s * phi_dot, c * ct * phi_dot - s * st * th_dot)
+    row_3 = ca.horzcat(0, -c * phi_dot, -s * ct * phi_dot - c * st * th_dot)
+    return ca.vertcat(ca.horzcat(0, 0, -ct * th_dot), row_2, row_3)  # (8)
 
 
 def _level(th: Any, floor: float) -> Any:

@@ -19,6 +19,7 @@ PID_GAINS = [2500.0, 50.0, 4000.0]  # of the angle, its integral, its rate
 INERTIA = [1200.0, 1000.0, 1500.0]  # kg m^2
 SMALL, LARGE = 4.4, 22.0  # kg m^2 (rad), J_i |theta_i| at the start: cases S and L
 G_MIN = U_MAX / 1500.0  # 1/(kg m^2)
+MOVE, MOVE_FREQUENCY = 5.0, 0.02  # deg, rad/s: amplitude and frequency of angles wanted that move
 
 
 def initial_angles(size: float = SMALL) -> np.ndarray:

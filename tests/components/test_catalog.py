@@ -105,7 +105,7 @@ FASTER = {  # than an orbit, whose position would hide the error in its rounding
 
 @pytest.mark.parametrize("name", [n for n in CATALOG if CATALOG[n]().states and not CATALOG[n]().sampled])
 def test_advance_is_of_order_four(name):
-    tracking = "Tracking" in name or "Performance" in name
+    tracking = name in ("AdaptiveTracking", "PrescribedPerformance")
     names = [v.name for v in CATALOG[name]().parameters]
     faster = {"beta": 10.0, "gamma": 10.0} if tracking else FASTER.get(name, {})
     steps = (8, 16, 32) if tracking else (64, 128, 256) if "delta" in names else (32, 64, 128)  # modes: to 25 rad/s

@@ -11,7 +11,14 @@ from components.catalog import CATALOG
 VEHICLE = ("J", "delta", "Omega", "zeta", "rotor_momentum", "spin_axes_B", "wheel_inertia", "gimbal_axes_B")
 AT_REST = ("q_BN", "q_RN", "q_SN", "q_TS", "omega_BN_B", "omega_RN_R", "omega_SN_S", "omega_TS_T", "eta", "eta_dot")
 STRUCTURE = {"modes": 4, "gimbals": 4, "wheels": 3}
-LAWS = ["AdaptiveL2Gain", "AdaptiveTracking", "IntegralSlidingMode", "PID", "PrescribedPerformance"]
+LAWS = [
+    "AdaptiveL2Gain",
+    "AdaptiveL2GainTracking",
+    "AdaptiveTracking",
+    "IntegralSlidingMode",
+    "PID",
+    "PrescribedPerformance",
+]
 IDENTITY = [1.0, 0.0, 0.0, 0.0]
 
 

@@ -34,14 +34,26 @@ def start(size):
     return np.concatenate([theta, -kinematics(theta)[1], zero, zero, zero, weights, zero])
 
 
-def rates(t, x):
+def still(t):
+    """y_d and its derivatives."""
+    return np.zeros((3, 1))
+
+
+def moving(t):
+    """y_d = 5 deg sin(.02 t) about each axis, and its derivatives."""
+    return np.radians(5.0) * np.array([[np.sin(0.02 * t)], [0.02 * np.cos(0.02 * t)], [-(0.02**2) * np.sin(0.02 * t)]])
+
+
+def rates(t, x, wanted=still, feedforward=1.0):
     theta, w, eta, eta_dot, h, f, g, e1 = x.reshape(8, 3)
     R, omega_c = kinematics(theta)
     theta_dot = np.linalg.solve(R, w + omega_c)  # (1a)
     X = np.exp(-(theta @ theta + theta_dot @ theta_dot) / WIDTH2)
-    z1, z2 = theta, theta_dot + (K + 0.5) * theta
+    y, y_dot, y_ddot = wanted(t) * [[1], [feedforward], [feedforward]]
+    z1, z1_dot = theta - y, theta_dot - y_dot  # (6)
+    z2 = z1_dot + (K + 0.5) * z1  # (7)
     e2, g_hat = z2 - e1, g * X / J
-    u = (-f * X - (K + 0.5) * theta_dot - z1 - P1 * z2 - KAPPA * e2) / g_hat
+    u = (-f * X + y_ddot - (K + 0.5) * z1_dot - z1 - P1 * z2 - KAPPA * e2) / g_hat  # (18a), (29)
     out = np.clip(u, -U_MAX, U_MAX)
     spring = 2 * XI * LAMBDA * eta_dot + LAMBDA**2 * eta
     torque = disturbance(t) + out - np.cross(w, J * w + h + DELTA * eta_dot) + DELTA * spring
@@ -60,6 +72,7 @@ def rates(t, x):
     )
 
 
-def fly(t, size=4.4):
+def fly(t, size=4.4, wanted=still, feedforward=1.0):
     """States at the times t, a row a time."""
-    return solve_ivp(rates, (0, t[-1]), start(size), "LSODA", t_eval=t, rtol=1e-9, atol=1e-12, max_step=0.02).y.T
+    options = dict(t_eval=t, rtol=1e-9, atol=1e-12, max_step=0.02, args=(wanted, feedforward))
+    return solve_ivp(rates, (0, t[-1]), start(size), "LSODA", **options).y.T

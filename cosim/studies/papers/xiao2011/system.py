@@ -27,6 +27,8 @@ from components.numbers.xiao2011 import (
     GAMMA,
     INERTIA,
     LARGE,
+    MOVE,
+    MOVE_FREQUENCY,
     NODES,
     ORBIT_RATE,
     P_1,
@@ -46,6 +48,7 @@ from cosim.system import Connection, Experiment, System, Value
 L2, L2_LARGE, L2_LARGE_K5 = "xiao2011-l2gain", "xiao2011-l2gain-large", "xiao2011-l2gain-large-k5"
 L2_PRINTED, L2_UNCONSTRAINED = "xiao2011-l2gain-printed", "xiao2011-l2gain-unconstrained"
 SHAKEN, OVERLOADED = "xiao2011-l2gain-shaken", "xiao2011-l2gain-overloaded"
+TRACKING, NO_FEEDFORWARD = "xiao2011-l2gain-tracking", "xiao2011-l2gain-tracking-no-feedforward"
 PID, PID_LARGE, PID_ANTIWINDUP = "xiao2011-pid", "xiao2011-pid-large", "xiao2011-pid-antiwindup"
 
 # Printed
@@ -89,6 +92,16 @@ def l2gain_printed() -> Flight:
 def l2gain_unconstrained() -> Flight:
     """Adaptive L2-gain control without limits (Theorem 1), case S."""
     return _l2gain(L2_UNCONSTRAINED, limit=NO_LIMIT, stop=100.0)
+
+
+def l2gain_tracking() -> Flight:
+    """Adaptive L2-gain control of angles wanted that move by 5 deg, with their derivatives in the law, case S."""
+    return _tracking(TRACKING, 1.0)
+
+
+def l2gain_tracking_no_feedforward() -> Flight:
+    """The same without the derivatives of the angles wanted."""
+    return _tracking(NO_FEEDFORWARD, 0.0)
 
 
 def l2gain_shaken() -> Flight:
@@ -144,6 +157,32 @@ def _l2gain(
         "controller.e1": [0.0, 0.0, 0.0],
     }
     return _flight(name, "AdaptiveL2Gain", size, gains, limit, stop)
+
+
+def _tracking(name: str, feedforward: float) -> Flight:
+    """Case S with angles wanted, y_d = 5 deg sin(0.02 t) about each axis of the orbit frame."""
+    system, experiment = _l2gain(name, stop=600.0)
+    wanted = ["q_ON", "omega_ON_O", "y_d", "y_d_dot", "y_d_ddot"]
+    kept = {key: value for key, value in system.parameters.items() if not key.startswith("guidance.")}
+    system = replace(
+        system,
+        components=system.components | {"guidance": "OrbitFrameSinusoid", "controller": "AdaptiveL2GainTracking"},
+        connections=[
+            *system.connections,
+            *(Connection(f"guidance.{port}", f"controller.{port}", "after_step") for port in wanted),
+        ],
+        parameters=kept
+        | {
+            "guidance.orbit_rate": Value(ORBIT_RATE, "rad/s"),
+            "guidance.orbit_phase": Value(0.0, "rad"),
+            "guidance.amplitude": Value([MOVE] * 3, "deg"),
+            "guidance.frequency": Value([MOVE_FREQUENCY] * 3, "rad/s"),
+            "guidance.phase": Value([0.0] * 3, "rad"),
+            "guidance.bias": Value([0.0] * 3, "rad"),
+            "controller.feedforward": feedforward,
+        },
+    )
+    return system, experiment
 
 
 def _from_rest(
