@@ -11,18 +11,23 @@ from cosim.results.result import Result
 from cosim.studies import plots
 from cosim.studies.metrics import series
 from cosim.studies.papers.claims import AXES
+from cosim.studies.papers.xiao2011 import storage
 from cosim.studies.papers.xiao2011.system import (
     L2,
     L2_LARGE,
     L2_LARGE_K5,
     L2_PRINTED,
     L2_UNCONSTRAINED,
+    NO_FEEDFORWARD,
+    OVERLOADED,
     PID,
     PID_ANTIWINDUP,
     PID_LARGE,
+    SHAKEN,
+    TRACKING,
     U_MAX,
 )
-from cosim.studies.papers.xiao2011.tracking import angles, rates
+from cosim.studies.papers.xiao2011.tracking import angles, deviation, rates
 
 SYMBOLS = (r"$\varphi$", r"$\theta$", r"$\psi$")
 NAMES = [f"{symbol}, {axis}" for symbol, axis in zip(SYMBOLS, AXES, strict=True)]
@@ -33,6 +38,11 @@ LARGE = {
     PID_LARGE: "PID",
     PID_ANTIWINDUP: "PID, conditional integration",
 }
+MOVING = {TRACKING: "L2-gain", NO_FEEDFORWARD: "without the derivatives of $y_d$"}
+PROVED = {
+    SHAKEN: "Theorem 1: shaken, no limit",
+    OVERLOADED: "Theorem 2: more torque from outside than the limit",
+}
 UNLIMITED = "L2-gain, no limit (Theorem 1)"
 RAW_SMALL = {L2_UNCONSTRAINED: UNLIMITED, **SMALL}
 SCALES = {L2: "L2-gain", L2_PRINTED: "L2-gain, weights as printed"}
@@ -42,6 +52,7 @@ LOOKS: dict[str, dict[str, Any]] = {  # one look for a law, in every figure
     "L2-gain, k = 5": {"color": plots.COLOURS[5], "linestyle": plots.LINES[1]},
     "L2-gain, weights as printed": {"color": plots.COLOURS[3], "linestyle": plots.LINES[2]},
     UNLIMITED: {"color": plots.COLOURS[6], "linestyle": plots.LINES[3]},
+    "without the derivatives of $y_d$": {"color": plots.COLOURS[3], "linestyle": plots.LINES[2]},
     "PID": {"color": plots.COLOURS[1], "linestyle": plots.LINES[1]},
     "PID, conditional integration": {"color": plots.COLOURS[2], "linestyle": plots.LINES[2]},
 }
@@ -69,6 +80,10 @@ def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
             drawn["scale_of_the_weights"] = _angles(
                 scales, "L2-gain, case S: weights of g in units of 1/J, and as printed"
             )
+        if moving := _chosen(results, MOVING):
+            drawn["moving_angles"] = _moving(moving)
+        if proved := _chosen(results, PROVED):
+            drawn["storage_function"] = _storage(proved)
     return drawn
 
 
@@ -95,6 +110,43 @@ def _angles(runs: Mapping[str, Result], title: str) -> Figure:
     axes[3].set_ylabel("worst part (1)")
     axes[3].set_xlim(0, _last(runs))
     figure.align_ylabels(axes)
+    plots.legend(figure)
+    return figure
+
+
+def _moving(runs: Mapping[str, Result]) -> Figure:
+    """Draw angles that move with those wanted, and below the worst error on a logarithmic axis."""
+    figure, grid = plots.panels(4, 1, r"Angles that move in the orbit frame: $y_d$ = 5 deg sin(0.02 t)")
+    axes = [row[0] for row in grid]
+    for name, run in runs.items():
+        for ax, rows in zip(axes[:3], np.degrees(angles(run)).T, strict=True):
+            ax.plot(run.time, rows, label=name, **LOOKS[name])
+        worst = np.degrees(np.max(np.abs(deviation(run)), axis=1))
+        axes[3].semilogy(run.time, np.maximum(worst, 1e-12), label=name, **LOOKS[name])
+    first = next(iter(runs.values()))
+    for ax, rows, name in zip(axes[:3], np.degrees(first["guidance.y_d"]).T, NAMES, strict=True):
+        ax.plot(first.time, rows, color="black", linestyle=":", linewidth=1, label="wanted")
+        ax.set_ylabel(plots.label(name, "deg"))
+    axes[3].set_ylabel("worst error (deg)")
+    axes[3].set_ylim(1e-9, 2)
+    axes[3].set_xlim(0, _last(runs))
+    figure.align_ylabels(axes)
+    plots.legend(figure)
+    return figure
+
+
+def _storage(runs: Mapping[str, Result]) -> Figure:
+    """Draw V along the flights that a theorem is about, and what the theorem lets it be."""
+    figure, grid = plots.panels(1, len(runs), "Storage function V(t) and its bound by the theorems", height=3.0)
+    figure.set_size_inches(11.0, figure.get_size_inches()[1])
+    for ax, (name, run) in zip(grid[0], runs.items(), strict=True):
+        V, bound = storage.storage(run), storage.bound(run)
+        ax.plot(run.time, V, label="V", **plots.look(0))
+        ax.plot(run.time, bound, label="bound", **plots.look(1))
+        ax.set_yscale("symlog", linthresh=max(float(V.max()), 1e-30))
+        ax.set_title(name)
+        ax.margins(x=0.01)
+    grid[0][0].set_ylabel("V (1/s$^2$)")
     plots.legend(figure)
     return figure
 
