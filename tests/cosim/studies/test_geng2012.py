@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
 
 from components.catalog import CATALOG
+from components.numbers import geng2012 as numbers
 from cosim.results.result import Result
 from cosim.studies import papers, plots
 from cosim.studies.papers.geng2012 import system
@@ -49,6 +50,7 @@ def synthetic(settles=30.0, rate=0.01, measure=0.5, drift=0.0, eta=1e-3, time=T)
         controller__rho=0.3 * still + drift * time[:, None],
         controller__tau_command_B=np.exp(-time)[:, None] * still,
         actuators__tau_B=np.exp(-time)[:, None] * still,
+        actuators__h_B=still,
         actuators__gimbal_angle=np.outer(np.sin(time), [1, -1]),
         steering__gimbal_rate_command=np.outer(np.cos(time), [0.1, -0.1]),
         steering__wheel_acceleration_command=0.1 * still,
@@ -69,11 +71,13 @@ def test_the_system_fits_its_components(name):
     }
     settings = {str(port): value for port, value in wire(flight, descriptions).settings.items()}
     assert flight.name == name
-    assert settings["plant.J[1,1]"] == pytest.approx(1.2 * 70)
+    mismatch = {"light": 0.8, "nominal": 1.0}.get(name.split("-")[1], 1.2)
+    assert settings["plant.J[1,1]"] == pytest.approx(mismatch * 70)
     assert settings["controller.J[1,1]"] == settings["observer.J[1,1]"] == 70
     assert settings["steering.rotor_momentum[2]"] == settings["actuators.rotor_momentum[2]"] == 15.0
     assert settings["guidance.angle"] == pytest.approx(np.pi / 3)
     assert (experiment.stop_time, experiment.communication_step_size) == (100.0, 1e-3)
+    assert experiment.start_time == flight.parameters["guidance.step_time"] == -10.0 * (name == system.PREPOSITIONED)
 
 
 def test_the_paper_s_numbers_are_the_components_start_values():
@@ -88,13 +92,13 @@ def test_the_paper_s_numbers_are_the_components_start_values():
 
 
 def test_the_numbers_are_those_of_the_outside_reference():
-    assert_array_equal(system.J, outside.NOMINAL)
-    assert_array_equal(system.F, outside.F)
+    assert_array_equal(numbers.J, outside.NOMINAL)
+    assert_array_equal(numbers.F, outside.F)
     states = ("e", "eta", "omega", "eta_dot")
-    assert_array_equal(np.hstack([system.SURFACE[n] for n in states]), outside.D)
-    assert_allclose(np.hstack([system.GAIN[n] for n in states]), outside.G, rtol=1e-4, atol=1e-5)
-    assert_array_equal(np.vstack(list(system.centres().values())), outside.CENTRES)
-    assert_allclose(2 * np.array(system.ZETA) * system.OMEGA, outside.C)
+    assert_array_equal(np.hstack([numbers.SURFACE[n] for n in states]), outside.D)
+    assert_allclose(np.hstack([numbers.GAIN[n] for n in states]), outside.G, rtol=1e-4, atol=1e-5)
+    assert_array_equal(np.vstack(list(numbers.centres().values())), outside.CENTRES)
+    assert_allclose(2 * np.array(numbers.ZETA) * numbers.OMEGA, outside.C)
 
 
 def test_the_experiments_differ_in_what_their_names_say():
@@ -111,6 +115,36 @@ def test_the_experiments_differ_in_what_their_names_say():
     assert changed(system.END_PHASE_WHEELS) == {"constant_gain": 0, "trim_wheels": 2}
     assert changed(system.PRINTED_GAMMA) == {"network": 1, "gamma_W": 0.01}
     assert changed(system.WEAK) == {"constant_gain": 0.02}
+    z, end = {"trim_wheels": 0, "hand_over": 0}, {"trim_wheels": 2}
+    assert changed(system.Z_WHEEL_COMPENSATED) == {"network": 1} | z
+    assert changed(system.Z_WHEEL_PRINTED_GAMMA) == {"network": 1, "gamma_W": 0.01} | z
+    assert changed(system.Z_WHEEL_DEGREES) == {"network": 1, "gamma_W": pytest.approx(0.573, abs=5e-4)} | z
+    assert changed(system.Z_WHEEL_UNCOMPENSATED) == z
+    assert changed(system.END_PHASE_COMPENSATED) == {"network": 1} | end
+    assert changed(system.END_PHASE_UNCOMPENSATED) == end
+    assert changed(system.DEGREES) == {"network": 1, "gamma_W": pytest.approx(0.573, abs=5e-4)}
+    for names, factor in (
+        ((system.LIGHT, system.LIGHT_UNCOMPENSATED), 0.8),
+        ((system.NOMINAL, system.NOMINAL_UNCOMPENSATED), 1.0),
+    ):
+        for name, law in zip(names, ({"network": 1}, {}), strict=True):
+            found = changed(name)
+            assert_allclose(found.pop("J"), factor * np.array(numbers.J))
+            assert found == law
+
+
+def test_the_gains_of_the_observer_place_its_poles():
+    def poles(name):
+        gain = {n: number(papers.scenario(name)[0].parameters[f"observer.{n}"]) for n in ("L_eta", "L_psi")}
+        inertia, F = outside.NOMINAL, outside.F
+        K, C = np.diag(outside.K), np.diag(outside.C)
+        seen = np.linalg.inv(np.block([[inertia, F], [F.T, np.eye(4)]]))[:3, 3:] @ -np.hstack([K, C])
+        A = np.block([[np.zeros((4, 4)), np.eye(4)], [-K, -C]])
+        return np.sort_complex(np.linalg.eigvals(A - np.vstack(list(gain.values())) @ seen))
+
+    pairs = -np.linspace(0.3, 0.5, 4) + 1j * outside.LAM
+    assert_allclose(poles(system.OBSERVER_PLACED), np.sort_complex([*pairs, *pairs.conj()]), rtol=1e-6)
+    assert_allclose(poles(system.OBSERVER_PLACED_REAL), -np.linspace(0.5, 0.3, 8), rtol=1e-3)
 
 
 def test_measurement_and_reference_carry_one_time_stamp():
@@ -191,7 +225,7 @@ def test_figures_are_those_of_the_paper():
     further = {"fig07_singularity_and_gimbals", "fig08_estimate", "torque", "all_experiments"}
     assert set(drawn) == numbered | further
     for name, figure in drawn.items():
-        assert figure.legends, name
+        assert figure.legends or all(ax.get_legend() for ax in figure.axes), name
         assert all(ax.lines and ax.get_xlim()[1] > 0 for ax in figure.axes), name
         assert all("(" in ax.get_ylabel() for ax in figure.axes if ax.get_ylabel()), name
     overlaid = [text.get_text() for text in drawn["fig04_fig06_attitude_error"].legends[0].texts]
@@ -200,7 +234,8 @@ def test_figures_are_those_of_the_paper():
     assert gyros[:3] == overlaid[:3] and gyros[-3:] == ["singular below 0.01", "rate limit", "dead zone"]
     torque = [text.get_text() for text in drawn["torque"].legends[0].texts]
     assert torque == ["asked", "on the hub", "by the wheels", "limit, plane", "limit, wheels"]
-    assert len(drawn["all_experiments"].axes[0].lines) == len(NAMES) + 1
+    shown = {t.get_text() for ax in drawn["all_experiments"].axes for t in ax.get_legend().texts}
+    assert shown == {name.removeprefix("geng2012-") for name in NAMES} | {"0.1 deg"}
 
 
 def test_figures_of_one_short_run(tmp_path):

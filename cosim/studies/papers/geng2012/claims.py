@@ -12,12 +12,12 @@ import numpy as np
 from cosim.results.result import Result
 from cosim.studies.metrics import attitude_error, settling_time
 from cosim.studies.papers.claims import Claim, Measure, Measured, format_all, window
+from cosim.studies.papers.geng2012.loop import STOP_TIME
 from cosim.studies.papers.geng2012.system import (
     COMPENSATED,
     GAMMA_PRINTED,
     LINEAR,
     PRINTED_GAMMA,
-    STOP_TIME,
     STRONG,
     STRONG_RHO_0,
     UNCOMPENSATED,

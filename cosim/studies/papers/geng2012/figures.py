@@ -7,6 +7,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
+from components.numbers.geng2012 import DEAD_ZONE, PLANE_TORQUE, RATE_LIMIT, WHEEL_TORQUE
 from cosim.arrays import FloatArray
 from cosim.results.result import Result
 from cosim.studies import plots
@@ -14,18 +15,29 @@ from cosim.studies.metrics import attitude_error, series
 from cosim.studies.papers.geng2012.claims import POINTING, SETTLED_RHO, SINGULAR
 from cosim.studies.papers.geng2012.system import (
     COMPENSATED,
-    DEAD_ZONE,
+    DEGREES,
+    END_PHASE_COMPENSATED,
+    END_PHASE_UNCOMPENSATED,
     END_PHASE_WHEELS,
+    LIGHT,
+    LIGHT_UNCOMPENSATED,
     LINEAR,
-    PLANE_TORQUE,
+    NOMINAL,
+    NOMINAL_UNCOMPENSATED,
+    OBSERVER_PLACED,
+    OBSERVER_PLACED_REAL,
+    OBSERVER_START,
+    PREPOSITIONED,
     PRINTED_GAIN,
     PRINTED_GAMMA,
-    RATE_LIMIT,
     STRONG,
     UNCOMPENSATED,
     WEAK,
-    WHEEL_TORQUE,
+    Z_WHEEL_COMPENSATED,
+    Z_WHEEL_DEGREES,
     Z_WHEEL_ONLY,
+    Z_WHEEL_PRINTED_GAMMA,
+    Z_WHEEL_UNCOMPENSATED,
 )
 
 SHORT = {
@@ -40,6 +52,32 @@ SHORT = {
     END_PHASE_WHEELS: "wheels about x, y at the end only",
 }
 LOOKS: dict[str, dict[str, Any]] = {name: plots.look(i) for i, name in enumerate(SHORT.values())}
+GROUPS = {  # panels of the figure of all experiments
+    "law, configuration N": (COMPENSATED, UNCOMPENSATED, LINEAR, WEAK, STRONG, PRINTED_GAIN),
+    "one wheel (section 4)": (
+        Z_WHEEL_COMPENSATED,
+        Z_WHEEL_UNCOMPENSATED,
+        Z_WHEEL_PRINTED_GAMMA,
+        Z_WHEEL_DEGREES,
+        Z_WHEEL_ONLY,
+    ),
+    "three wheels in the end phase (section 2)": (
+        END_PHASE_COMPENSATED,
+        END_PHASE_UNCOMPENSATED,
+        END_PHASE_WHEELS,
+        PREPOSITIONED,
+    ),
+    "learning, configuration N": (COMPENSATED, DEGREES, PRINTED_GAMMA),
+    "inertia, configuration N": (
+        COMPENSATED,
+        NOMINAL,
+        LIGHT,
+        UNCOMPENSATED,
+        NOMINAL_UNCOMPENSATED,
+        LIGHT_UNCOMPENSATED,
+    ),
+    "observer, configuration N": (COMPENSATED, OBSERVER_START, OBSERVER_PLACED, OBSERVER_PLACED_REAL),
+}
 END = 60.0  # s, of the drawings of the transient
 NEAR = 0.25  # deg/s, room for the rates of the gimbals at the end
 FLOOR = 1e-10  # of the measure of singularity, as it is drawn
@@ -47,7 +85,8 @@ FLOOR = 1e-10  # of the measure of singularity, as it is drawn
 
 def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
     """Return the paper's figures 4-9, as far as `results` has the runs, and one of all runs."""
-    runs = {SHORT[name]: results[name] for name in SHORT if name in results and len(results[name]) > 1}
+    results = {name: run for name, run in results.items() if len(run) > 1}
+    runs = {SHORT[name]: results[name] for name in SHORT if name in results}
     main = _among(runs, COMPENSATED, UNCOMPENSATED, LINEAR)
     pair = _among(runs, COMPENSATED, UNCOMPENSATED)
     networks = _among(runs, COMPENSATED, PRINTED_GAMMA)
@@ -64,8 +103,8 @@ def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
             drawn["fig08_estimate"] = _estimate(networks)
         if pair:
             drawn["torque"] = _torque(pair)
-        if len(runs) > len(main):
-            drawn["all_experiments"] = _all(runs)
+        if set(results) - {COMPENSATED, UNCOMPENSATED, LINEAR}:
+            drawn["all_experiments"] = _all(results)
     return drawn
 
 
@@ -246,15 +285,27 @@ def _wheel_inertia(run: Result) -> float:
     return float(found[0]) if found else 0.02
 
 
-def _all(runs: Mapping[str, Result]) -> Figure:
-    figure, grid = plots.panels(1, 1, "Largest component of the attitude error, all experiments", height=3.6)
-    ax = grid[0][0]
-    for name, run in runs.items():
-        ax.plot(run.time, np.max(np.abs(_degrees(run)), axis=1), label=name, **LOOKS[name])
-    ax.axhline(POINTING, color=plots.GREY, linewidth=1, linestyle=plots.LINES[3], label=f"{POINTING} deg")
-    ax.set_yscale("log")
-    ax.set_ylim(1e-5, 100)
-    ax.set_xlim(0, _last(runs))
-    ax.set_ylabel(r"$\max_i |e_i|$ (deg)")
-    plots.legend(figure)
+def _all(results: Mapping[str, Result]) -> Figure:
+    """Draw the largest component of the error of every run, a panel a question."""
+    found = {title: [name for name in names if name in results] for title, names in GROUPS.items()}
+    titles = [title for title, names in found.items() if names]
+    rows = -(-len(titles) // 2)
+    figure, grid = plots.panels(
+        rows, min(2, len(titles)), "Largest component of the attitude error, all experiments", 2.6
+    )
+    axes = [ax for row in grid for ax in row]
+    for ax, title in zip(axes, titles, strict=False):
+        for i, name in enumerate(found[title]):
+            run = results[name]
+            ax.plot(run.time, np.max(np.abs(_degrees(run)), axis=1), label=name.partition("-")[2], **plots.look(i))
+        ax.axhline(POINTING, color=plots.GREY, linewidth=1, linestyle=plots.LINES[3], label=f"{POINTING} deg")
+        ax.set_yscale("log")
+        ax.set_ylim(1e-5, 100)
+        ax.set_xlim(0, max(results[name].time[-1] for name in found[title]))
+        ax.set_title(title)
+        ax.legend(loc="lower left", fontsize=8, frameon=True, edgecolor="none")
+    for ax in axes[len(titles) :]:
+        ax.set_visible(False)
+    for row in grid:
+        row[0].set_ylabel(r"$\max_i |e_i|$ (deg)")
     return figure
