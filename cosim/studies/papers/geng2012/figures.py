@@ -12,7 +12,7 @@ from cosim.arrays import FloatArray
 from cosim.results.result import Result
 from cosim.studies import plots
 from cosim.studies.metrics import attitude_error, series
-from cosim.studies.papers.geng2012.claims import POINTING, SETTLED_RHO, SINGULAR
+from cosim.studies.papers.geng2012.measures import POINTING, SETTLED_RHO, SINGULAR
 from cosim.studies.papers.geng2012.system import (
     COMPENSATED,
     DEGREES,
