@@ -11,7 +11,7 @@ from components.catalog import CATALOG
 from components.numbers import geng2012 as numbers
 from cosim.results.result import Result
 from cosim.studies import papers, plots
-from cosim.studies.papers.geng2012 import system
+from cosim.studies.papers.geng2012 import clusters, system
 from cosim.system import Value
 from cosim.system.expand import wire
 from fmus.export.python.in_process import describe_in_process
@@ -278,7 +278,10 @@ def test_figures_are_those_of_the_paper():
     drawn = papers.PAPERS["geng2012"].draw({name: synthetic(settles=30 + 5 * i) for i, name in enumerate(NAMES)})
     numbered = {"fig04_fig06_attitude_error", "fig04_fig06_rates", "fig05_fig09_modal_coordinates"}
     further = {"fig07_singularity_and_gimbals", "fig08_estimate", "torque", "all_experiments"}
-    assert set(drawn) == numbered | further
+    of_clusters = {f"{name}_clusters" for name in ("fig04_fig06", "fig05_fig09", "fig07", "fig08")}
+    assert set(drawn) == numbered | further | of_clusters | {"lyapunov", "prepositioning"}
+    for name in of_clusters:
+        assert [ax.get_title() for ax in drawn[name].axes[:3]] == list(clusters.COLUMNS), name
     for name, figure in drawn.items():
         assert figure.legends or all(ax.get_legend() for ax in figure.axes), name
         assert all(ax.lines and ax.get_xlim()[1] > 0 for ax in figure.axes), name
@@ -297,4 +300,8 @@ def test_figures_of_one_short_run(tmp_path):
     drawn = papers.draw_run(COMPENSATED, synthetic(time=T[T <= 10]))
     assert {"attitude_error", "fig04_fig06_attitude_error", "fig07_singularity_and_gimbals"} <= set(drawn)
     assert all(file.is_file() for file in plots.save(drawn, tmp_path))
-    assert set(papers.PAPERS["geng2012"].draw({system.PRINTED_GAIN: synthetic()})) == {"all_experiments"}
+    draw = papers.PAPERS["geng2012"].draw
+    assert set(draw({system.PRINTED_GAIN: synthetic()})) == {"all_experiments"}
+    one = draw({system.Z_WHEEL_COMPENSATED: synthetic()})
+    assert len(one["fig04_fig06_clusters"].axes) == 3 and "lyapunov" not in one
+    assert set(draw({system.PREPOSITIONED: synthetic(time=EARLY)})) == {"prepositioning", "all_experiments"}

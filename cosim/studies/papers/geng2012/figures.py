@@ -1,4 +1,4 @@
-"""The figures of geng2012, with its numbers."""
+"""The figures of geng2012, with its numbers: of configuration N, which is ours; those of all clusters: clusters.py."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -12,6 +12,7 @@ from cosim.arrays import FloatArray
 from cosim.results.result import Result
 from cosim.studies import plots
 from cosim.studies.metrics import attitude_error, series
+from cosim.studies.papers.geng2012 import clusters
 from cosim.studies.papers.geng2012.measures import POINTING, SETTLED_RHO, SINGULAR
 from cosim.studies.papers.geng2012.system import (
     COMPENSATED,
@@ -44,12 +45,9 @@ SHORT = {
     COMPENSATED: "with compensation",
     UNCOMPENSATED: r"without, $\rho_0$ = 0.15 N m",
     LINEAR: "linear law",
-    Z_WHEEL_ONLY: "wheel about z only",
-    PRINTED_GAIN: "printed gain",
+    Z_WHEEL_ONLY: "linear, wheel about z only",
     PRINTED_GAMMA: r"printed $\gamma$",
-    WEAK: r"without, $\rho_0$ = 0.02 N m",
-    STRONG: r"without, $\rho_0$ = 0.5 N m",
-    END_PHASE_WHEELS: "wheels about x, y at the end only",
+    DEGREES: r"printed $\gamma$, $\sigma$ in deg",
 }
 LOOKS: dict[str, dict[str, Any]] = {name: plots.look(i) for i, name in enumerate(SHORT.values())}
 GROUPS = {  # panels of the figure of all experiments
@@ -89,7 +87,7 @@ def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
     runs = {SHORT[name]: results[name] for name in SHORT if name in results}
     main = _among(runs, COMPENSATED, UNCOMPENSATED, LINEAR)
     pair = _among(runs, COMPENSATED, UNCOMPENSATED)
-    networks = _among(runs, COMPENSATED, PRINTED_GAMMA)
+    networks = _among(runs, COMPENSATED, PRINTED_GAMMA, DEGREES)
     drawn: dict[str, Figure] = {}
     with mpl.rc_context(plots.STYLE):
         if main:
@@ -105,6 +103,7 @@ def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
             drawn["torque"] = _torque(pair)
         if set(results) - {COMPENSATED, UNCOMPENSATED, LINEAR}:
             drawn["all_experiments"] = _all(results)
+        drawn |= clusters.draw(results)
     return drawn
 
 
@@ -125,7 +124,7 @@ def _errors(runs: Mapping[str, Result]) -> Figure:
     """Draw e per axis: the manoeuvre on the left, its end with the 0.1 deg band on the right."""
     end = _last(runs)
     columns = 2 if end > 25.0 else 1
-    figure, grid = plots.panels(3, columns, "Attitude error (figures 4 and 6)", height=2.0)
+    figure, grid = plots.panels(3, columns, "Attitude error, configuration N (figures 4 and 6)", height=2.0)
     for i, (row, axis) in enumerate(zip(grid, "xyz", strict=True)):
         for name, run in runs.items():
             for ax in row:
@@ -147,7 +146,7 @@ def _errors(runs: Mapping[str, Result]) -> Figure:
 def _rates(runs: Mapping[str, Result]) -> Figure:
     end = _last(runs)
     columns = 2 if end > 25.0 else 1
-    figure, grid = plots.panels(3, columns, "Body rate (figures 4 and 6)", height=2.0)
+    figure, grid = plots.panels(3, columns, "Body rate, configuration N (figures 4 and 6)", height=2.0)
     for i, (row, axis) in enumerate(zip(grid, "xyz", strict=True)):
         for name, run in runs.items():
             for ax in row:
@@ -171,7 +170,7 @@ def _modes(runs: Mapping[str, Result]) -> Figure:
     """Draw eta: the manoeuvre on the left, what is left after it on the right."""
     end = _last(runs)
     columns = 2 if end > 35.0 else 1
-    figure, grid = plots.panels(4, columns, "Modal coordinates (figures 5 and 9)", height=1.6)
+    figure, grid = plots.panels(4, columns, "Modal coordinates, configuration N (figures 5 and 9)", height=1.6)
     thin: dict[str, Any] = {"linewidth": 1.0}
     for i, row in enumerate(grid):
         for name, run in runs.items():
@@ -200,7 +199,9 @@ def _gyros(runs: Mapping[str, Result]) -> Figure:
     """
     end = _last(runs)
     columns = 2 if end > 25.0 else 1
-    figure, grid = plots.panels(3, columns, "Control moment gyros (figure 7); gyro 1 full, gyro 2 broken", height=2.1)
+    figure, grid = plots.panels(
+        3, columns, "Gyros, configuration N but where said (figure 7); gyro 1 full, 2 broken", height=2.1
+    )
     limit = float(np.degrees(RATE_LIMIT))
     for column in range(columns):
         measure, angle, rate = (row[column] for row in grid)
@@ -234,7 +235,9 @@ def _gyros(runs: Mapping[str, Result]) -> Figure:
 
 def _estimate(runs: Mapping[str, Result]) -> Figure:
     """Draw the network's gain, below it how far it is from its last value."""
-    figure, (gain, rest) = plots.panels(2, len(runs), r"Gain of the network, $\rho = W \Phi$ (figure 8)", height=2.4)
+    figure, (gain, rest) = plots.panels(
+        2, len(runs), r"Gain of the network, $\rho = W \Phi$, configuration N (figure 8)", height=2.4
+    )
     for upper, lower, (name, run) in zip(gain, rest, runs.items(), strict=True):
         rho = run["controller.rho"]
         for i, axis in enumerate("xyz"):
@@ -256,7 +259,7 @@ def _estimate(runs: Mapping[str, Result]) -> Figure:
 
 def _torque(runs: Mapping[str, Result]) -> Figure:
     """Draw what the law asks for, what hub and wheels get and their limits; a column a run."""
-    figure, grid = plots.panels(3, len(runs), "Torque on the hub: asked and given", height=2.0)
+    figure, grid = plots.panels(3, len(runs), "Torque on the hub: asked and given, configuration N", height=2.0)
     for column, (name, run) in enumerate(runs.items()):
         accelerations = series(run, "steering.wheel_acceleration_command")
         for i, (row, axis) in enumerate(zip(grid, "xyz", strict=True)):
@@ -300,10 +303,11 @@ def _all(results: Mapping[str, Result]) -> Figure:
             ax.plot(run.time, np.max(np.abs(_degrees(run)), axis=1), label=name.partition("-")[2], **plots.look(i))
         ax.axhline(POINTING, color=plots.GREY, linewidth=1, linestyle=plots.LINES[3], label=f"{POINTING} deg")
         ax.set_yscale("log")
-        ax.set_ylim(1e-5, 100)
+        ax.minorticks_off()
+        ax.set_ylim(1e-9, 100)  # the lowest curves end above 1e-6, below is room for the legend
         ax.set_xlim(0, max(results[name].time[-1] for name in found[title]))
         ax.set_title(title)
-        ax.legend(loc="lower left", fontsize=8, frameon=True, edgecolor="none")
+        ax.legend(loc="lower left", fontsize=8)
     for ax in axes[len(titles) :]:
         ax.set_visible(False)
     for row in grid:
