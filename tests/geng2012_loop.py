@@ -37,7 +37,7 @@ def start(part, name):
 
 def plant(mismatch=1.2, **values) -> Component:
     """The paper's vehicle at rest, its inertia off by a factor."""
-    return as_in(COMPENSATED, "plant")(J=mismatch * np.array(J), **values)
+    return as_in(COMPENSATED, "plant")(**({"J": mismatch * np.array(J)} | values))
 
 
 def loop(observer=None, **law) -> dict[str, Component]:

@@ -11,14 +11,21 @@ gamma' is shortened, its direction kept, to the largest rate, then rates within 
 wheels give what the gyros will not, each within its torque, in the plane only where b is 1:
     a = -A_w^+ diag(b, b, 1) (u - u_gyros) / I_w,  u_gyros = [-h_0 A gamma'; 0]                   (7)
     trim_wheels = 0: b = 0;  1: b = 1;  2: b = 1 in the end phase, where c of (3) is below 1, else 0      (8)
-With hand_over = 0 the gyros keep the whole command, c = 1 in (2); (8) still goes by (3).
+With hand_over = 0 the gyros keep the whole command, c = 1 in (2); (8) still goes by (3). Before the manoeuvre the
+gimbals are only turned, at an even rate, and the wheels rest:
+    t < start_time:  gamma' = (gimbal_start - gamma) / (start_time - t) in place of (4), a = 0    (9)
+The matrix that (4) inverts, N = A W A^T + V, is symmetric: its least singular value is
+    sigma_min = det N / (f + |[(N_11 - N_22) / 2, N_12]|),  f = (N_11 + N_22) / 2                (10)
 
 Symbols: u tau_command_B, gamma gimbal_angle from x, h_i rotor_momentum, e attitude_error, w omega_BN_B, A_w
 spin_axes_B, a wheel_acceleration_command, I_w wheel_inertia; all axes in B. W, V bring the gyros off a singularity.
 Source: Y. Geng, W. Wu, Y. Ma, Neural network compensation of flexible satellite rapid maneuver, J. Harbin Inst. Tech.
 44(5), 2012: (4)-(6); the equation numbers here are this file's. It prints a wheel about z, trim_wheels = 0, and
-says that wheels about x and y act in the end phase only, 2. Not in the paper: A normalised, (2), (3), trim_wheels = 1.
-Invariants: with trim_wheels = 1 the command is met exactly where neither a wheel nor the plane's limit cuts it.
+says that wheels about x and y act in the end phase only, 2. Of (9) it says that the gyros are turned before the
+manoeuvre, parallel, without torque. Not in the paper: A normalised, (2), (3), trim_wheels = 1, when (9) ends.
+Invariants: with trim_wheels = 1 the command is met exactly where neither a wheel nor the plane's limit cuts it; N is
+positive definite, also where A is singular; (9) gives no torque where two equal gyros start against each other and are
+turned by the same angle.
 Limits: gyros with parallel gimbal axes; two equal ones have m = n (1 - n/4), n = |h|^2 / h_0^2, and are singular
 wherever their momentum h is zero. What a limit cuts is not made up for later.
 """
@@ -33,6 +40,11 @@ from ..mathematics.limits import saturated
 from ..mathematics.vectors import length
 from ..numbers import neutral
 from ..vehicle import DEGREE, MomentumStorage, StorageLimits, limit_conditions
+
+
+def _spread(component: Any) -> list[float]:
+    """Return the start of gimbal angles: gyros against each other, off the body axes."""
+    return [ca.pi / 4 + ca.pi * i for i in range(component.gimbals)]
 
 
 class CmgSteering(Component):
@@ -59,6 +71,10 @@ class CmgSteering(Component):
     far = Parameter(unit="rad", start=1.0 * DEGREE, display_unit="deg", doc="|e| + T |w| where c is 1")
     hand_over_time = Parameter(unit="s", start=4.0, doc="T, weight of the rate in the hand-over")
     lambda_0 = Parameter(unit="1", start=0.01, doc="lambda of a singular cluster")
+    start_time = Parameter(unit="s", doc="start of the manoeuvre; before it the gimbals are turned to gimbal_start")
+    gimbal_start = Parameter(
+        unit="rad", shape=("gimbals",), start=_spread, display_unit="deg", doc="gimbal angles at start_time"
+    )
     alpha = Parameter(unit="1", start=10.0, doc="how fast lambda falls with the measure of singularity")
     k_0 = Parameter(unit="1", start=0.1, doc="amplitude of the off-diagonal weight k")
     k_frequency = Parameter(unit="rad/s", start=1.0, doc="frequency of the off-diagonal weight k")
@@ -69,7 +85,7 @@ class CmgSteering(Component):
     gimbal_angle = Input(
         unit="rad",
         shape=("gimbals",),
-        start=lambda c: [ca.pi / 4 + ca.pi * i for i in range(c.gimbals)],
+        start=_spread,
         display_unit="deg",
         doc="gimbal angles",
     )
@@ -81,6 +97,8 @@ class CmgSteering(Component):
     tau_planned_B = Output(unit="N.m", shape=(3,), doc="torque on the hub that the commands amount to")
     share = Output(unit="1", doc="c, part of the plane's torque that is asked of the gyros")
     singularity = Output(unit="1", doc="m = det(A A^T), 0: the gyros give torque in one direction only")
+    inverted_determinant = Output(unit="1", doc="det(A W A^T + V), of the matrix that is inverted")
+    inverted_singular_value = Output(unit="1", doc="sigma_min, least singular value of A W A^T + V")
     saturated = Output(unit="1", doc="1 where the command is not met, else 0")
 
     def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
@@ -96,20 +114,28 @@ class CmgSteering(Component):
         norm = length(u.tau_command_B[:2])
         over = norm > p.plane_torque_limit
         wanted = u.tau_command_B[:2] * ca.if_else(over, p.plane_torque_limit / ca.if_else(over, norm, 1), 1)  # (2)
-        rates = allocation.robust_inverse(A, W, V) @ (-c * wanted) / h_0  # (2), (4)
+        waiting = t < p.start_time
+        left = ca.if_else(waiting, p.start_time - t, 1)
+        steered = allocation.robust_inverse(A, W, V) @ (-c * wanted) / h_0  # (2), (4)
+        rates = ca.if_else(waiting, (p.gimbal_start - u.gimbal_angle) / left, steered)  # (9)
         rates = allocation.dead_zone(allocation.limited(rates, p.gimbal_rate_limit), p.gimbal_dead_zone)
         gyros = ca.vertcat(-h_0 * A @ rates, 0)  # (7)
         missing = ca.vertcat(wanted, u.tau_command_B[2]) - gyros
         trimming = ca.if_else(p.trim_wheels > 1.5, share < 1, p.trim_wheels > 0.5)  # (8)
         rest = ca.if_else(trimming, missing, ca.vertcat(0, 0, missing[2]))
+        rest = ca.if_else(waiting, 0, rest)  # (9)
         wheels = saturated(axes.pseudo_inverse(p.spin_axes_B) @ rest, p.wheel_torque_limit)  # (7)
         planned = gyros + p.spin_axes_B @ wheels
+        N = A @ W @ A.T + V
+        largest = ca.trace(N) / 2 + length(ca.vertcat((N[0, 0] - N[1, 1]) / 2, N[0, 1]))
         return {
             "gimbal_rate_command": rates,
             "wheel_acceleration_command": -wheels / p.wheel_inertia,
             "tau_planned_B": planned,
             "share": c,
             "singularity": m,
+            "inverted_determinant": ca.det(N),
+            "inverted_singular_value": ca.det(N) / largest,  # (10)
             "saturated": ca.sumsqr(planned - u.tau_command_B) > 1e-18 * ca.sumsqr(u.tau_command_B),
         }
 

@@ -11,6 +11,7 @@ short x' = A x + B u. With the linear law G x and the surface sigma:
     Phi_j = exp(-|xi - c_j|^2 / width^2),  xi = [roll, pitch, yaw; w; G x]                        (7)
 As printed, the gain of x in u is -(D B)^-1 D A instead of G (`printed_gain`):
     D A x = D_e w + D_eta eta' + D_omega w'_0 + D_eta_dot eta''_0, the rates of (1) at u = 0      (8)
+Before t0, `start_time`, the law waits:  u = 0,  I' = 0,  W' = 0                                  (9)
 
 Symbols: e rotation vector of q_RN* (x) q_BN, w rate relative to the reference (the body's in (7)), both in B; roll,
 pitch, yaw: Euler angles 3-2-1 of q_BN. D is read as a torque for each state, as G is, so that sigma is a torque.
@@ -18,8 +19,8 @@ Source: Y. Geng, W. Wu, Y. Ma, Neural network compensation of flexible satellite
 44(5), 2012, 31-35: surface, law and weights; the numbers here are this file's. Changed: K = G, since its printed
 K = -(D B)^-1 D A has no attitude feedback (A has no column for e); D has one zero less. Not in the paper: G (LQ),
 centres, width, epsilon, signs per axis.
-Invariants: sigma(t0) = 0; where the model is exact and rho = 0 sigma stays zero; V = |sigma|^2 / 2 falls as
-V' = s^T (E - rho s / (|s| + epsilon)) with a disturbance E of u.
+Invariants: sigma(t0) = 0, after a wait where x is still that of the start; where the model is exact and rho = 0 sigma
+stays zero; V = |sigma|^2 / 2 falls as V' = s^T (E - rho s / (|s| + epsilon)) with a disturbance E of u.
 Limits: rest-to-rest; of a moving reference only the rate is fed back. The weights only grow. D x = 0 itself would be an
 unstable surface. The integral runs on while an actuator saturates. At a pitch of +-90 deg of the body, which
 `gimbal_lock` reports, roll and yaw in (7) jump and rho with them; the error does not. Gains of the wrong sign are
@@ -97,6 +98,7 @@ class IntegralSlidingMode(Component):
         unit="N.m", start=0.05, doc="rho_0, constant switching gain, without network; 0: the linear law"
     )
     printed_gain = Parameter(unit="1", doc="1: the printed gain -(D B)^-1 D A in place of G in u, 0: G")
+    start_time = Parameter(unit="s", doc="t0, from which the law acts")
     epsilon = Parameter(unit="N.m/s", start=1e-3, doc="boundary layer of the switching term, in s")
     gamma_W = Parameter(unit="1/s", start=0.1, doc="adaptation gain of the weights")
     angle_centres = Parameter(unit="rad", shape=(3, "nodes"), start=_spread(0.5, 0), doc="centres, angles")
@@ -130,9 +132,12 @@ class IntegralSlidingMode(Component):
         e, w = self._error(u)
         linear = self._linear(e, w, u, p)
         sigma = self._Dx((e, w), u, p) - x.integral
+        acts = t >= p.start_time  # (9)
         return {
-            "integral": self._DA(w, u, p) + p.DB @ linear,  # (2)
-            "W": ca.if_else(p.network > 0.5, p.gamma_W, 0) * ca.fabs(sigma) @ self._nodes(u, p, linear).T,  # (6)
+            "integral": ca.if_else(acts, self._DA(w, u, p) + p.DB @ linear, 0),  # (2)
+            "W": ca.if_else(ca.logic_and(acts, p.network > 0.5), p.gamma_W, 0)
+            * ca.fabs(sigma)
+            @ self._nodes(u, p, linear).T,  # (6)
         }
 
     def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
@@ -143,9 +148,9 @@ class IntegralSlidingMode(Component):
         rho = ca.if_else(p.network > 0.5, x.W @ self._nodes(u, p, linear), ca.repmat(p.constant_gain, 3, 1))  # (5)
         size = ca.if_else(p.network > 0.5, ca.fabs(s), ca.repmat(length(s), 3, 1))
         printed = -ca.solve(p.DB, self._DA(w, u, p))  # (8)
+        torque = ca.if_else(p.printed_gain > 0.5, printed, linear) - rho * s / (size + p.epsilon)  # (4), (5)
         return {
-            "tau_command_B": ca.if_else(p.printed_gain > 0.5, printed, linear)
-            - rho * s / (size + p.epsilon),  # (4), (5)
+            "tau_command_B": ca.if_else(t >= p.start_time, torque, 0),  # (9)
             "attitude_error": e,
             "sigma": sigma,
             "s": s,

@@ -21,13 +21,14 @@ does not prove (5) stable: `place_gains` gives gains that are. A rate held over 
 connect it with its end-of-step value or as a ramp.
 """
 
+import warnings
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from .. import vehicle
-from ..framework import CalculatedParameter, Component, Condition, Input, Output, Parameter, State
+from ..framework import CalculatedParameter, Component, ComponentError, Condition, Input, Output, Parameter, State
 
 
 class ModalObserver(Component):
@@ -94,14 +95,36 @@ class ModalObserver(Component):
 
 
 def place_gains(J: Any, delta: Any, Omega: Any, zeta: Any, poles: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return L_eta and L_psi that give the error of the estimate the poles, two a mode: for when an FMU is built."""
+    """Return L_eta and L_psi that give the error of the estimate the poles, two a mode: for when an FMU is built.
+
+    Raises `ComponentError` for poles with which the error would not decay, too few or too many, and complex ones
+    without their conjugates.
+    """
     from scipy.signal import place_poles  # slow to import, and an FMU on its target has no scipy
 
     inertia, coupling, frequency, damping_ratio = (np.asarray(v, float) for v in (J, delta, Omega, zeta))
     n = len(frequency)
+    wanted = np.atleast_1d(poles)
+    _check_poles(wanted, 2 * n)
     stiffness, damping = np.diag(frequency**2), np.diag(2 * damping_ratio * frequency)
     A = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]])
     C = np.linalg.solve(inertia - coupling.T @ coupling, coupling.T @ np.hstack([stiffness, damping]))  # (5)
-    found: Any = place_poles(A.T, C.T, poles)  # a bunch of results without types
+    with warnings.catch_warnings():  # that no better conditioned gains were found; the poles are placed all the same
+        warnings.simplefilter("ignore", UserWarning)
+        found: Any = place_poles(A.T, C.T, wanted)  # a bunch of results without types
     L = found.gain_matrix.T  # (5)
     return L[:n], L[n:]
+
+
+def _check_poles(poles: np.ndarray, count: int) -> None:
+    name = ModalObserver.__name__
+    if len(poles) != count:
+        raise ComponentError(name, f"{len(poles)} poles were given for {count // 2} modes: give two a mode, {count}.")
+    unstable = ", ".join(f"{pole:g}" for pole in poles if not pole.real < 0)
+    if unstable:
+        raise ComponentError(
+            name, f"with the poles {unstable} 1/s the error of the estimate does not decay: give negative real parts."
+        )
+    if not np.allclose(np.sort_complex(poles), np.sort_complex(poles.conj())):
+        single = ", ".join(f"{pole:g}" for pole in poles if not np.isclose(poles, pole.conj()).any())
+        raise ComponentError(name, f"the poles {single} 1/s lack their conjugates: give complex poles in pairs.")

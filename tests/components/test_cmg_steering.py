@@ -192,6 +192,34 @@ def test_more_gyros():
     assert_allclose(y["tau_planned_B"], u, atol=1e-12)
 
 
+def test_what_is_inverted_stays_regular_where_the_cluster_is_singular():
+    """det and least singular value of A W A^T + V, of any gyros at any time, written out with NumPy."""
+    for angles in [*RNG.uniform(-np.pi, np.pi, (20, 2)), [0.3, 0.3 + np.pi], [0.3, 0.3]]:
+        t = RNG.uniform(0, 10)
+        y = Point(STEERING, t=t, gimbal_angle=angles).outputs()
+        A = np.array([-np.sin(angles), np.cos(angles)])
+        lam, k = 0.01 * np.exp(-10 * np.linalg.det(A @ A.T)), 0.1 * np.cos(t)
+        N = A @ np.array([[1, lam], [lam, 1]]) @ A.T + lam * np.array([[1, k], [k, 1]])
+        assert_allclose(y["inverted_determinant"], np.linalg.det(N), rtol=1e-9)
+        assert_allclose(y["inverted_singular_value"], np.linalg.svd(N)[1].min(), rtol=1e-9)
+        assert y["inverted_singular_value"] > 0
+
+
+def test_before_the_manoeuvre_the_gimbals_are_turned_and_nothing_else():
+    """At an even rate, so that they are there in time; gyros against each other give no torque."""
+    before = dict(tau_command_B=[0.1, 3.0, 0.2], start_time=10.0, gimbal_start=[np.pi / 4, 5 * np.pi / 4], **FAR)
+    for t, turned in ((0.0, 0.0), (4.0, 0.1 * np.pi)):
+        y = Point(STEERING, t=t, gimbal_angle=[turned, np.pi + turned], **before).outputs()
+        assert_allclose(y["gimbal_rate_command"], np.pi / 40, rtol=1e-12)
+        assert_allclose(y["tau_planned_B"], 0, atol=1e-14)
+        assert not y["wheel_acceleration_command"].any()
+    late = Point(STEERING, t=9.0, gimbal_angle=[0, np.pi], **before).outputs()
+    assert_allclose(late["gimbal_rate_command"], 3.5 / 15)  # the limit holds here too
+    command = {n: before[n] for n in ("tau_command_B", "attitude_error")}
+    begun, plain = (Point(STEERING, t=10.0, **values).outputs() for values in (before, command))
+    assert all(np.array_equal(begun[name], plain[name]) for name in plain)
+
+
 REFUSALS = {
     "spin axes": ({"spin_axes_B": np.diag([1, 1, 2.0])}, ["spin_axes_B", "2", "unit vector"]),
     "span": ({"spin_axes_B": [[1, 0, 1], [0, 1, 0], [0, 0, 0]]}, ["spin_axes_B", "do not span"]),

@@ -171,6 +171,16 @@ def test_weights_learn_from_the_size_of_sigma():
     assert_allclose(integral_at(x, integral, network=0).rates()["W"], 0)
 
 
+def test_before_its_start_the_law_waits():
+    """No torque, the integral and the weights rest; sigma is zero then and when it begins, for x has not moved."""
+    x = random_state()
+    waiting, begun = (at(x, start_time=5.0, network=1, t=t) for t in (4.9, 5.0))
+    y, rates = waiting.outputs(), waiting.rates()
+    assert not y["tau_command_B"].any() and not rates["integral"].any() and not rates["W"].any()
+    assert_allclose([*y["sigma"], *begun.outputs()["sigma"]], 0, atol=1e-15)
+    assert begun.outputs()["tau_command_B"].all() and begun.rates()["integral"].all()
+
+
 def test_printed_gain_has_no_attitude_feedback():
     A, B = model()
     x = random_state()

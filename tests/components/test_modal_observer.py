@@ -9,6 +9,7 @@ from published import as_in
 from scipy.integrate import solve_ivp
 
 from components.estimators.modal_observer import place_gains
+from components.framework import ComponentError
 
 ModalObserver = as_in("geng2012-compensated", "observer")
 
@@ -141,6 +142,30 @@ def test_gains_of_the_wrong_sign_are_refused():
     assert_allclose(float(number.split(" 1/s")[0]), -2 * damping - np.sum(POLES).real, rtol=1e-5)
     assert Point(OBSERVER, **gains()).violated() == []
     assert Point(OBSERVER, zeta=0.0).violated() == []
+
+
+UNFIT = {
+    "unstable": ([-0.3, 0.4, *POLES[2:]], "with the poles 0.4+0j 1/s the error of the estimate does not decay"),
+    "on the axis": ([0, *POLES[2:], -1], "with the poles 0+0j 1/s the error of the estimate does not decay"),
+    "not a number": ([np.nan, *POLES[2:], -1], "with the poles nan+0j 1/s the error of the estimate does not decay"),
+    "too few": (POLES[:6], "6 poles were given for 4 modes: give two a mode, 8."),
+    "no conjugate": ([-0.5 + 0.7j, -0.5, *POLES[2:]], "the poles -0.5+0.7j 1/s lack their conjugates"),
+}
+
+
+@pytest.mark.parametrize("case", UNFIT)
+def test_poles_that_no_observer_can_have_are_refused(case):
+    poles, words = UNFIT[case]
+    with pytest.raises(ComponentError) as raised:
+        place_gains(**VEHICLE, poles=poles)
+    assert str(raised.value).startswith(f"ModalObserver: {words}")
+
+
+def test_real_poles_are_placed_too():
+    """Where no well conditioned gains are found the poles are placed all the same, without a warning."""
+    poles = -np.linspace(0.3, 0.5, 8)
+    point = Point(ModalObserver(**dict(zip(("L_eta", "L_psi"), place_gains(**VEHICLE, poles=poles), strict=True))))
+    assert point.violated() == []
 
 
 def test_refusals():

@@ -1,4 +1,4 @@
-"""The figures of geng2012, with its numbers."""
+"""The figures of geng2012, with its numbers: of configuration N, which is ours; those of all clusters: clusters.py."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,39 +7,75 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
+from components.numbers.geng2012 import DEAD_ZONE, PLANE_TORQUE, RATE_LIMIT, WHEEL_TORQUE
 from cosim.arrays import FloatArray
 from cosim.results.result import Result
 from cosim.studies import plots
 from cosim.studies.metrics import attitude_error, series
-from cosim.studies.papers.geng2012.claims import POINTING, SETTLED_RHO, SINGULAR
+from cosim.studies.papers.geng2012 import clusters
+from cosim.studies.papers.geng2012.measures import POINTING, SETTLED_RHO, SINGULAR
 from cosim.studies.papers.geng2012.system import (
     COMPENSATED,
-    DEAD_ZONE,
+    DEGREES,
+    END_PHASE_COMPENSATED,
+    END_PHASE_UNCOMPENSATED,
     END_PHASE_WHEELS,
+    LIGHT,
+    LIGHT_UNCOMPENSATED,
     LINEAR,
-    PLANE_TORQUE,
+    NOMINAL,
+    NOMINAL_UNCOMPENSATED,
+    OBSERVER_PLACED,
+    OBSERVER_PLACED_REAL,
+    OBSERVER_START,
+    PREPOSITIONED,
     PRINTED_GAIN,
     PRINTED_GAMMA,
-    RATE_LIMIT,
     STRONG,
     UNCOMPENSATED,
     WEAK,
-    WHEEL_TORQUE,
+    Z_WHEEL_COMPENSATED,
+    Z_WHEEL_DEGREES,
     Z_WHEEL_ONLY,
+    Z_WHEEL_PRINTED_GAMMA,
+    Z_WHEEL_UNCOMPENSATED,
 )
 
 SHORT = {
     COMPENSATED: "with compensation",
     UNCOMPENSATED: r"without, $\rho_0$ = 0.15 N m",
     LINEAR: "linear law",
-    Z_WHEEL_ONLY: "wheel about z only",
-    PRINTED_GAIN: "printed gain",
+    Z_WHEEL_ONLY: "linear, wheel about z only",
     PRINTED_GAMMA: r"printed $\gamma$",
-    WEAK: r"without, $\rho_0$ = 0.02 N m",
-    STRONG: r"without, $\rho_0$ = 0.5 N m",
-    END_PHASE_WHEELS: "wheels about x, y at the end only",
+    DEGREES: r"printed $\gamma$, $\sigma$ in deg",
 }
 LOOKS: dict[str, dict[str, Any]] = {name: plots.look(i) for i, name in enumerate(SHORT.values())}
+GROUPS = {  # panels of the figure of all experiments
+    "law, configuration N": (COMPENSATED, UNCOMPENSATED, LINEAR, WEAK, STRONG, PRINTED_GAIN),
+    "one wheel (section 4)": (
+        Z_WHEEL_COMPENSATED,
+        Z_WHEEL_UNCOMPENSATED,
+        Z_WHEEL_PRINTED_GAMMA,
+        Z_WHEEL_DEGREES,
+        Z_WHEEL_ONLY,
+    ),
+    "three wheels in the end phase (section 2)": (
+        END_PHASE_COMPENSATED,
+        END_PHASE_UNCOMPENSATED,
+        END_PHASE_WHEELS,
+        PREPOSITIONED,
+    ),
+    "learning, configuration N": (COMPENSATED, DEGREES, PRINTED_GAMMA),
+    "inertia, configuration N": (
+        COMPENSATED,
+        NOMINAL,
+        LIGHT,
+        UNCOMPENSATED,
+        NOMINAL_UNCOMPENSATED,
+        LIGHT_UNCOMPENSATED,
+    ),
+    "observer, configuration N": (COMPENSATED, OBSERVER_START, OBSERVER_PLACED, OBSERVER_PLACED_REAL),
+}
 END = 60.0  # s, of the drawings of the transient
 NEAR = 0.25  # deg/s, room for the rates of the gimbals at the end
 FLOOR = 1e-10  # of the measure of singularity, as it is drawn
@@ -47,10 +83,11 @@ FLOOR = 1e-10  # of the measure of singularity, as it is drawn
 
 def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
     """Return the paper's figures 4-9, as far as `results` has the runs, and one of all runs."""
-    runs = {SHORT[name]: results[name] for name in SHORT if name in results and len(results[name]) > 1}
+    results = {name: run for name, run in results.items() if len(run) > 1}
+    runs = {SHORT[name]: results[name] for name in SHORT if name in results}
     main = _among(runs, COMPENSATED, UNCOMPENSATED, LINEAR)
     pair = _among(runs, COMPENSATED, UNCOMPENSATED)
-    networks = _among(runs, COMPENSATED, PRINTED_GAMMA)
+    networks = _among(runs, COMPENSATED, PRINTED_GAMMA, DEGREES)
     drawn: dict[str, Figure] = {}
     with mpl.rc_context(plots.STYLE):
         if main:
@@ -64,8 +101,9 @@ def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
             drawn["fig08_estimate"] = _estimate(networks)
         if pair:
             drawn["torque"] = _torque(pair)
-        if len(runs) > len(main):
-            drawn["all_experiments"] = _all(runs)
+        if set(results) - {COMPENSATED, UNCOMPENSATED, LINEAR}:
+            drawn["all_experiments"] = _all(results)
+        drawn |= clusters.draw(results)
     return drawn
 
 
@@ -86,7 +124,7 @@ def _errors(runs: Mapping[str, Result]) -> Figure:
     """Draw e per axis: the manoeuvre on the left, its end with the 0.1 deg band on the right."""
     end = _last(runs)
     columns = 2 if end > 25.0 else 1
-    figure, grid = plots.panels(3, columns, "Attitude error (figures 4 and 6)", height=2.0)
+    figure, grid = plots.panels(3, columns, "Attitude error, configuration N (figures 4 and 6)", height=2.0)
     for i, (row, axis) in enumerate(zip(grid, "xyz", strict=True)):
         for name, run in runs.items():
             for ax in row:
@@ -108,7 +146,7 @@ def _errors(runs: Mapping[str, Result]) -> Figure:
 def _rates(runs: Mapping[str, Result]) -> Figure:
     end = _last(runs)
     columns = 2 if end > 25.0 else 1
-    figure, grid = plots.panels(3, columns, "Body rate (figures 4 and 6)", height=2.0)
+    figure, grid = plots.panels(3, columns, "Body rate, configuration N (figures 4 and 6)", height=2.0)
     for i, (row, axis) in enumerate(zip(grid, "xyz", strict=True)):
         for name, run in runs.items():
             for ax in row:
@@ -132,7 +170,7 @@ def _modes(runs: Mapping[str, Result]) -> Figure:
     """Draw eta: the manoeuvre on the left, what is left after it on the right."""
     end = _last(runs)
     columns = 2 if end > 35.0 else 1
-    figure, grid = plots.panels(4, columns, "Modal coordinates (figures 5 and 9)", height=1.6)
+    figure, grid = plots.panels(4, columns, "Modal coordinates, configuration N (figures 5 and 9)", height=1.6)
     thin: dict[str, Any] = {"linewidth": 1.0}
     for i, row in enumerate(grid):
         for name, run in runs.items():
@@ -161,7 +199,9 @@ def _gyros(runs: Mapping[str, Result]) -> Figure:
     """
     end = _last(runs)
     columns = 2 if end > 25.0 else 1
-    figure, grid = plots.panels(3, columns, "Control moment gyros (figure 7); gyro 1 full, gyro 2 broken", height=2.1)
+    figure, grid = plots.panels(
+        3, columns, "Gyros, configuration N but where said (figure 7); gyro 1 full, 2 broken", height=2.1
+    )
     limit = float(np.degrees(RATE_LIMIT))
     for column in range(columns):
         measure, angle, rate = (row[column] for row in grid)
@@ -195,7 +235,9 @@ def _gyros(runs: Mapping[str, Result]) -> Figure:
 
 def _estimate(runs: Mapping[str, Result]) -> Figure:
     """Draw the network's gain, below it how far it is from its last value."""
-    figure, (gain, rest) = plots.panels(2, len(runs), r"Gain of the network, $\rho = W \Phi$ (figure 8)", height=2.4)
+    figure, (gain, rest) = plots.panels(
+        2, len(runs), r"Gain of the network, $\rho = W \Phi$, configuration N (figure 8)", height=2.4
+    )
     for upper, lower, (name, run) in zip(gain, rest, runs.items(), strict=True):
         rho = run["controller.rho"]
         for i, axis in enumerate("xyz"):
@@ -217,7 +259,7 @@ def _estimate(runs: Mapping[str, Result]) -> Figure:
 
 def _torque(runs: Mapping[str, Result]) -> Figure:
     """Draw what the law asks for, what hub and wheels get and their limits; a column a run."""
-    figure, grid = plots.panels(3, len(runs), "Torque on the hub: asked and given", height=2.0)
+    figure, grid = plots.panels(3, len(runs), "Torque on the hub: asked and given, configuration N", height=2.0)
     for column, (name, run) in enumerate(runs.items()):
         accelerations = series(run, "steering.wheel_acceleration_command")
         for i, (row, axis) in enumerate(zip(grid, "xyz", strict=True)):
@@ -246,15 +288,28 @@ def _wheel_inertia(run: Result) -> float:
     return float(found[0]) if found else 0.02
 
 
-def _all(runs: Mapping[str, Result]) -> Figure:
-    figure, grid = plots.panels(1, 1, "Largest component of the attitude error, all experiments", height=3.6)
-    ax = grid[0][0]
-    for name, run in runs.items():
-        ax.plot(run.time, np.max(np.abs(_degrees(run)), axis=1), label=name, **LOOKS[name])
-    ax.axhline(POINTING, color=plots.GREY, linewidth=1, linestyle=plots.LINES[3], label=f"{POINTING} deg")
-    ax.set_yscale("log")
-    ax.set_ylim(1e-5, 100)
-    ax.set_xlim(0, _last(runs))
-    ax.set_ylabel(r"$\max_i |e_i|$ (deg)")
-    plots.legend(figure)
+def _all(results: Mapping[str, Result]) -> Figure:
+    """Draw the largest component of the error of every run, a panel a question."""
+    found = {title: [name for name in names if name in results] for title, names in GROUPS.items()}
+    titles = [title for title, names in found.items() if names]
+    rows = -(-len(titles) // 2)
+    figure, grid = plots.panels(
+        rows, min(2, len(titles)), "Largest component of the attitude error, all experiments", 2.6
+    )
+    axes = [ax for row in grid for ax in row]
+    for ax, title in zip(axes, titles, strict=False):
+        for i, name in enumerate(found[title]):
+            run = results[name]
+            ax.plot(run.time, np.max(np.abs(_degrees(run)), axis=1), label=name.partition("-")[2], **plots.look(i))
+        ax.axhline(POINTING, color=plots.GREY, linewidth=1, linestyle=plots.LINES[3], label=f"{POINTING} deg")
+        ax.set_yscale("log")
+        ax.minorticks_off()
+        ax.set_ylim(1e-9, 100)  # the lowest curves end above 1e-6, below is room for the legend
+        ax.set_xlim(0, max(results[name].time[-1] for name in found[title]))
+        ax.set_title(title)
+        ax.legend(loc="lower left", fontsize=8)
+    for ax in axes[len(titles) :]:
+        ax.set_visible(False)
+    for row in grid:
+        row[0].set_ylabel(r"$\max_i |e_i|$ (deg)")
     return figure

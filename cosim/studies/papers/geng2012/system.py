@@ -3,224 +3,169 @@
 Y. Geng, W. Wu, Y. Ma, Neural network compensation of flexible satellite rapid maneuver, J. Harbin Inst. Tech. 44(5),
 2012, 31-35, section 4: 60 deg about pitch, two parallel control moment gyros and wheels, inertia 20 % off.
 
-Configuration N: the wheels always give what the gyros do not, the network learns with gamma = 1, without network the
-gain is 0.15 N m. Chosen where the paper is silent: the linear gain G (linear-quadratic), centres and widths of the
-network, the boundary layer, the hand-over from gyros to wheels, the wheels' inertia (it changes their speed only).
+The paper flies a cluster with one wheel, about z (section 4), and words another one, whose three wheels take over at
+the end of the manoeuvre (section 2). Configuration N is ours, not the paper's: the wheels always give what the gyros do
+not, the network learns with gamma = 1, without network the gain is 0.15 N m. Chosen where the paper is silent: the
+linear gain G (linear-quadratic), the gains of the observer (none), centres and widths of the network, the boundary
+layer, the hand-over from gyros to wheels, the wheels' inertia (it changes their speed only), the sign of the 20 %.
 Changed where the print cannot be meant: K = G in place of -(D B)^-1 D A, see `printed_gain`; D has one zero less.
 """
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
-from components.numbers.geng2012 import (
-    ALPHA,
-    ANGLE,
-    DEAD_ZONE,
-    EPSILON,
-    FAR,
-    GAIN,
-    GAMMA,
-    HAND_OVER_TIME,
-    K_0,
-    K_FREQUENCY,
-    LAMBDA_0,
-    NEAR,
-    OMEGA,
-    PLANE_TORQUE,
-    RATE_LIMIT,
-    RHO_0,
-    ROTOR_MOMENTUM,
-    SURFACE,
-    WHEEL_TORQUE,
-    WIDTH,
-    ZETA,
-    F,
-    J,
-    centres,
-)
-from cosim.masters.explicit import Explicit
 from cosim.studies.papers.flight import Flight
-from cosim.system import Connection, Experiment, System, Value
+from cosim.studies.papers.geng2012 import gains
+from cosim.studies.papers.geng2012.loop import GIMBAL_ANGLES, flight
+from cosim.system import Value
 
 COMPENSATED, UNCOMPENSATED, LINEAR = "geng2012-compensated", "geng2012-uncompensated", "geng2012-linear"
 PRINTED_GAIN, PRINTED_GAMMA = "geng2012-printed-gain", "geng2012-printed-gamma"
 Z_WHEEL_ONLY, END_PHASE_WHEELS = "geng2012-z-wheel-only", "geng2012-end-phase-wheels"
 WEAK, STRONG = "geng2012-uncompensated-weak", "geng2012-uncompensated-strong"
-
-MISMATCH = 1.2  # true J over nominal J
-DISTURBANCE, ORBIT_RATE = 1.5e-5, -0.0011  # A0 in N m, w0 in rad/s
+Z_WHEEL_COMPENSATED, Z_WHEEL_UNCOMPENSATED = "geng2012-z-wheel-compensated", "geng2012-z-wheel-uncompensated"
+Z_WHEEL_PRINTED_GAMMA, Z_WHEEL_DEGREES = "geng2012-z-wheel-printed-gamma", "geng2012-z-wheel-degrees"
+END_PHASE_COMPENSATED, END_PHASE_UNCOMPENSATED = "geng2012-end-phase-compensated", "geng2012-end-phase-uncompensated"
+DEGREES, PREPOSITIONED = "geng2012-degrees", "geng2012-prepositioned"
+LIGHT, LIGHT_UNCOMPENSATED = "geng2012-light", "geng2012-light-uncompensated"
+NOMINAL, NOMINAL_UNCOMPENSATED = "geng2012-nominal", "geng2012-nominal-uncompensated"
+OBSERVER_START, OBSERVER_PLACED = "geng2012-observer-start", "geng2012-observer-placed"
+OBSERVER_PLACED_REAL = "geng2012-observer-placed-real"
 
 # Cluster
-GIMBAL_ANGLES = [np.pi / 4, 5 * np.pi / 4]
-WHEEL_INERTIA = 0.02  # kg m2
+Z_WHEEL = {"trim_wheels": 0.0, "hand_over": 0.0}
+END_PHASE = {"trim_wheels": 2.0}
+POSITIONING_TIME = 10.0  # s, before the manoeuvre
 
 # Law
 WEAK_RHO_0, STRONG_RHO_0 = 0.02, 0.5  # N m
 GAMMA_PRINTED = 0.01  # 1/s
+GAMMA_DEGREES = float(np.degrees(GAMMA_PRINTED))  # 1/s: sigma in degrees is so much larger
 
-STOP_TIME = 100.0  # s
+# Observer
+ETA_START = 0.05  # kg^1/2 m, of every mode; true is 0
+DECAYS = np.linspace(0.3, 0.5, 4)  # 1/s, of the modes' estimates
 
 
 def compensated() -> Flight:
-    """Integral sliding mode with the network's gain, configuration N, figures 6-9."""
-    return _flight(COMPENSATED, network=1.0)
+    """Integral sliding mode with the network's gain, configuration N (ours), figures 6-9."""
+    return flight(COMPENSATED, network=1.0)
 
 
 def uncompensated() -> Flight:
     """The same with a constant gain of 0.15 N m instead, figures 4-5."""
-    return _flight(UNCOMPENSATED)
+    return flight(UNCOMPENSATED)
 
 
 def linear() -> Flight:
     """The linear law alone, without switching term: what the network and the constant gain add to."""
-    return _flight(LINEAR, rho_0=0.0)
+    return flight(LINEAR, rho_0=0.0)
 
 
 def printed_gain() -> Flight:
     """The gain of x as printed, -(D B)^-1 D A: it has no attitude feedback, the satellite stays where it is."""
-    return _flight(PRINTED_GAIN, rho_0=0.0, printed_gain=1.0)
+    return flight(PRINTED_GAIN, rho_0=0.0, printed_gain=1.0)
 
 
 def z_wheel_only() -> Flight:
     """The cluster as printed, a wheel about z only: the linear law, no hand-over from the gyros."""
-    return _flight(Z_WHEEL_ONLY, {"trim_wheels": 0.0, "hand_over": 0.0}, rho_0=0.0)
+    return flight(Z_WHEEL_ONLY, Z_WHEEL, rho_0=0.0)
 
 
 def end_phase_wheels() -> Flight:
     """The cluster in the paper's words, x and y wheels in the end phase only: the linear law, hand-over as in N."""
-    return _flight(END_PHASE_WHEELS, {"trim_wheels": 2.0}, rho_0=0.0)
+    return flight(END_PHASE_WHEELS, END_PHASE, rho_0=0.0)
 
 
 def printed_gamma() -> Flight:
     """With the network, its weights learning as slowly as printed, gamma = 0.01: what the claims depend on."""
-    return _flight(PRINTED_GAMMA, network=1.0, gamma=GAMMA_PRINTED)
+    return flight(PRINTED_GAMMA, network=1.0, gamma=GAMMA_PRINTED)
 
 
 def uncompensated_weak() -> Flight:
     """Constant gain of 0.02 N m: the paper does not print its value, and the claims depend on it."""
-    return _flight(WEAK, rho_0=WEAK_RHO_0)
+    return flight(WEAK, rho_0=WEAK_RHO_0)
 
 
 def uncompensated_strong() -> Flight:
     """Constant gain of 0.5 N m."""
-    return _flight(STRONG, rho_0=STRONG_RHO_0)
+    return flight(STRONG, rho_0=STRONG_RHO_0)
 
 
-def _flight(
-    name: str,
-    steering: Mapping[str, float] | None = None,
-    *,
-    network: float = 0.0,
-    rho_0: float = RHO_0,
-    gamma: float = GAMMA,
-    printed_gain: float = 0.0,
-) -> Flight:
-    law = {"network": network, "constant_gain": Value(rho_0, "N.m"), "gamma_W": gamma, "printed_gain": printed_gain}
-    cluster = {"trim_wheels": 1.0, "hand_over": 1.0, **(steering or {})}
-    system = System(
-        name=name,
-        components={
-            "guidance": "AttitudeStep",
-            "environment": "HarmonicTorque",
-            "controller": "IntegralSlidingMode",
-            "observer": "ModalObserver",
-            "steering": "CmgSteering",
-            "actuators": "CmgCluster:gimbals=2",
-            "plant": "FlexibleSpacecraft:modes=4",
-        },
-        connections=_connections(),
-        vehicle={
-            "J": Value(J, "kg.m2"),
-            "delta": Value(np.transpose(F), "kg(1/2).m"),
-            "Omega": Value(OMEGA, "rad/s"),
-            "zeta": ZETA,
-            "rotor_momentum": Value([ROTOR_MOMENTUM] * 2, "N.m.s"),
-            "spin_axes_B": np.eye(3),
-        },
-        parameters={
-            "plant.J": Value(MISMATCH * np.array(J), "kg.m2"),  # the controller does not know
-            "plant.q_BN": [1.0, 0.0, 0.0, 0.0],
-            "plant.omega_BN_B": Value([0.0, 0.0, 0.0], "rad/s"),
-            "guidance.axis": [0.0, 1.0, 0.0],
-            "guidance.angle": Value(ANGLE, "deg"),
-            "guidance.step_time": 0.0,
-            **_disturbance(),
-            **_cluster(),
-            **_law(),
-            **{f"controller.{n}": value for n, value in law.items()},
-            **{f"steering.{n}": value for n, value in cluster.items()},
-        },
-    )
-    # Centred: what observer and controller integrate is then of second order in the step.
-    master = Explicit(centred=True)
-    return system, Experiment(stop_time=STOP_TIME, communication_step_size=1e-3, every=10, master=master)
+def z_wheel_compensated() -> Flight:
+    """The paper's law on the cluster of section 4, a wheel about z only; gamma = 1."""
+    return flight(Z_WHEEL_COMPENSATED, Z_WHEEL, network=1.0)
 
 
-def _connections() -> list[Connection]:
-    return [
-        Connection("steering.gimbal_rate_command", "actuators.gimbal_rate_command", "at_point"),
-        Connection("steering.wheel_acceleration_command", "actuators.wheel_acceleration_command", "at_point"),
-        Connection("actuators.tau_B", "plant.tau_B", "after_step"),
-        Connection("actuators.h_B", "plant.h_B", "ramp"),
-        # A known function of time: its mean over the step is at hand without an iteration, and second order.
-        Connection("environment.tau_dist_B", "plant.tau_dist_B", "midpoint"),
-        # A ramp: what the observer shows at the end of its step is then that of the end, for the controller's mean.
-        Connection("plant.omega_BN_B", "observer.omega_BN_B", "ramp"),
-        Connection("actuators.tau_B", "observer.tau_B", "after_step"),
-        Connection("actuators.h_B", "observer.h_B", "ramp"),
-        Connection("plant.q_BN", "controller.q_BN", "after_step"),
-        Connection("plant.omega_BN_B", "controller.omega_BN_B", "after_step"),
-        Connection("guidance.q_RN", "controller.q_RN", "after_step"),
-        Connection("guidance.omega_RN_R", "controller.omega_RN_R", "after_step"),
-        Connection("guidance.omega_dot_RN_R", "controller.omega_dot_RN_R", "after_step"),
-        Connection("observer.eta", "controller.eta", "after_step"),
-        Connection("observer.eta_dot", "controller.eta_dot", "after_step"),
-        Connection("controller.tau_command_B", "steering.tau_command_B", "after_step"),
-        Connection("controller.attitude_error", "steering.attitude_error", "after_step"),
-        Connection("plant.omega_BN_B", "steering.omega_BN_B", "after_step"),
-        Connection("actuators.gimbal_angle", "steering.gimbal_angle", "after_step"),
-    ]
+def z_wheel_uncompensated() -> Flight:
+    """The cluster of section 4 with a constant gain of 0.15 N m."""
+    return flight(Z_WHEEL_UNCOMPENSATED, Z_WHEEL)
 
 
-def _disturbance() -> dict[str, Any]:
-    A0 = DISTURBANCE
-    return {
-        "environment.bias": Value([A0, 0.0, A0], "N.m"),
-        "environment.sine": Value([0.0, 1.5 * A0, 3 * A0], "N.m"),
-        "environment.cosine": Value([3 * A0, 3 * A0, 0.0], "N.m"),
-        "environment.frequency": Value(ORBIT_RATE, "rad/s"),
+def z_wheel_printed_gamma() -> Flight:
+    """The cluster of section 4 with the printed gamma = 0.01, sigma in radians: all of section 4 as printed."""
+    return flight(Z_WHEEL_PRINTED_GAMMA, Z_WHEEL, network=1.0, gamma=GAMMA_PRINTED)
+
+
+def z_wheel_degrees() -> Flight:
+    """The cluster of section 4 with the printed gamma = 0.01, sigma in degrees."""
+    return flight(Z_WHEEL_DEGREES, Z_WHEEL, network=1.0, gamma=GAMMA_DEGREES)
+
+
+def end_phase_compensated() -> Flight:
+    """The paper's law on the cluster of section 2, three wheels that help in the end phase; gamma = 1."""
+    return flight(END_PHASE_COMPENSATED, END_PHASE, network=1.0)
+
+
+def end_phase_uncompensated() -> Flight:
+    """The cluster of section 2 with a constant gain of 0.15 N m."""
+    return flight(END_PHASE_UNCOMPENSATED, END_PHASE)
+
+
+def degrees() -> Flight:
+    """Configuration N with the printed gamma = 0.01, sigma in degrees: gamma = 0.573 in radians."""
+    return flight(DEGREES, network=1.0, gamma=GAMMA_DEGREES)
+
+
+def light() -> Flight:
+    """Configuration N, the 20 % of the inertia with the other sign: true J = 0.8 x nominal."""
+    return flight(LIGHT, network=1.0, mismatch=0.8)
+
+
+def light_uncompensated() -> Flight:
+    """True J = 0.8 x nominal, a constant gain of 0.15 N m."""
+    return flight(LIGHT_UNCOMPENSATED, mismatch=0.8)
+
+
+def nominal() -> Flight:
+    """Configuration N, the inertia known."""
+    return flight(NOMINAL, network=1.0, mismatch=1.0)
+
+
+def nominal_uncompensated() -> Flight:
+    """The inertia known, a constant gain of 0.15 N m."""
+    return flight(NOMINAL_UNCOMPENSATED, mismatch=1.0)
+
+
+def observer_start() -> Flight:
+    """Configuration N, the observer without gains starts 0.05 kg^1/2 m off in every mode."""
+    return flight(OBSERVER_START, observer={"eta_start": Value([ETA_START] * 4, "kg(1/2).m")}, network=1.0)
+
+
+def observer_placed() -> Flight:
+    """Configuration N, the observer with placed poles: the modes' frequencies, real parts -0.3 to -0.5 1/s."""
+    return flight(OBSERVER_PLACED, observer=gains.observer(gains.oscillating(DECAYS)), network=1.0)
+
+
+def observer_placed_real() -> Flight:
+    """Configuration N, the observer with real poles from -0.3 to -0.5 1/s: with J 20 % off the loop is lost."""
+    return flight(OBSERVER_PLACED_REAL, observer=gains.observer(-np.linspace(0.3, 0.5, 8)), network=1.0)
+
+
+def prepositioned() -> Flight:
+    """The gyros, parallel at 0 and pi, are turned to pi/4 and 5 pi/4 before the slew; then as end-phase-compensated."""
+    start = -POSITIONING_TIME
+    others = {
+        "actuators.gimbal_angle": Value([0.0, np.pi], "rad"),
+        "steering.gimbal_start": Value(GIMBAL_ANGLES, "rad"),
     }
-
-
-def _cluster() -> dict[str, Any]:
-    return {
-        "actuators.gimbal_axes_B": [[0, 0], [0, 0], [1, 1]],
-        "actuators.rotor_axes_B": [[1, 1], [0, 0], [0, 0]],
-        "actuators.gimbal_angle": Value(GIMBAL_ANGLES, "rad"),
-        "actuators.wheel_speed": Value([0.0, 0.0, 0.0], "rad/s"),
-        "*.wheel_inertia": Value([WHEEL_INERTIA] * 3, "kg.m2"),
-        "*.gimbal_rate_limit": Value([RATE_LIMIT] * 2, "rad/s"),
-        "*.gimbal_dead_zone": Value(DEAD_ZONE, "deg/s"),
-        "*.wheel_torque_limit": Value([WHEEL_TORQUE] * 3, "N.m"),
-        "steering.plane_torque_limit": Value(PLANE_TORQUE, "N.m"),
-        "steering.near": Value(NEAR, "deg"),
-        "steering.far": Value(FAR, "deg"),
-        "steering.hand_over_time": HAND_OVER_TIME,
-        "steering.lambda_0": LAMBDA_0,
-        "steering.alpha": ALPHA,
-        "steering.k_0": K_0,
-        "steering.k_frequency": K_FREQUENCY,
-    }
-
-
-def _law() -> dict[str, Any]:
-    states = ("e", "eta", "omega", "eta_dot")
-    return {
-        **{f"controller.G_{n}": GAIN[n] for n in states},
-        **{f"controller.D_{n}": SURFACE[n] for n in states},
-        **{f"controller.{n}_centres": rows for n, rows in centres().items()},
-        **{f"controller.{n}_width": WIDTH for n in ("angle", "omega", "torque")},
-        "controller.epsilon": EPSILON,
-    }
+    return flight(PREPOSITIONED, END_PHASE, network=1.0, start=start, others=others)
