@@ -42,6 +42,7 @@ MODULES = {
     "StarTrackerGyro": "components.estimators.star_tracker_gyro",
     "Sum": "components.environment.sum",
     "Thrusters": "components.actuators.thrusters",
+    "VscmgSpacecraft": "components.plants.vscmg_spacecraft",
     "WeightedSteering": "components.actuators.weighted_steering",
 }
 """Name of a component, which is that of its class -> its module."""

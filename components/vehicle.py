@@ -2,6 +2,7 @@
 
     J - delta^T delta positive definite: the modes hold less inertia than J                       (1)
     no principal moment of J above the sum of the others, as no body has one: 2 J_max <= tr J     (2)
+    axes as they are installed: s_i0 = nominal + ds_i,  t_i0 = nominal + dt_i,  a_j = nominal + da_j  (3)
 
 Their start values are one vehicle for all, no paper's: components/numbers/neutral.py.
 
@@ -81,6 +82,14 @@ class MomentumStorage:
     )
 
 
+class Installation:
+    """How far the axes of gyros and wheels are from the nominal ones, element by element."""
+
+    rotor_deviation = Parameter(unit="1", shape=(3, "gimbals"), doc="ds, true minus nominal rotor axes")
+    transverse_deviation = Parameter(unit="1", shape=(3, "gimbals"), doc="dt, true minus nominal transverse axes")
+    spin_deviation = Parameter(unit="1", shape=(3, "wheels"), doc="da, true minus nominal spin axes")
+
+
 class StorageLimits:
     """What gyros and wheels can do, as a cluster and its steering know it; the start values, 1e9, are no limit."""
 
@@ -154,6 +163,29 @@ def storage_conditions(component: Component, p: Any) -> list[Condition]:
     every = ca.horzcat(p.rotor_axes_B, cmg.transverse(p.gimbal_axes_B, p.rotor_axes_B), p.spin_axes_B)
     conditions.append(spanning_condition("rotor, transverse and spin axes together", every))
     return [*conditions, *positive(component, p, "rotor_momentum", "wheel_inertia")]
+
+
+def true_axes(p: Any) -> tuple[Any, Any, Any]:
+    """Return s_0, t_0 and a of `MomentumStorage` with the deviations of `Installation`."""
+    t_0 = cmg.transverse(p.gimbal_axes_B, p.rotor_axes_B)
+    return p.rotor_axes_B + p.rotor_deviation, t_0 + p.transverse_deviation, p.spin_axes_B + p.spin_deviation  # (3)
+
+
+def installation_conditions(p: Any) -> list[Condition]:
+    """Return the conditions that deviations leave every gyro and wheel a momentum, and the cluster three axes."""
+    s_0, t_0, a = true_axes(p)
+    checked: list[tuple[str, Any]] = []
+    for i in range(s_0.shape[1]):
+        text = f"rotor_deviation leaves gyro {i + 1} no rotor axis: rotor_axes_B + rotor_deviation has length {{}}"
+        checked.append((text, ca.norm_2(s_0[:, i])))
+        text = f"transverse_deviation leaves gyro {i + 1} no plane to turn its momentum in: |s_0 x t_0| is {{}}"
+        checked.append((text, ca.norm_2(ca.cross(s_0[:, i], t_0[:, i]))))
+    for j in range(a.shape[1]):
+        text = f"spin_deviation leaves wheel {j + 1} no spin axis: spin_axes_B + spin_deviation has length {{}}"
+        checked.append((text, ca.norm_2(a[:, j])))
+    conditions = [Condition(size - 1e-3, f"{text}, more than 0.001 is needed.", (size,)) for text, size in checked]
+    every = ca.horzcat(s_0, t_0, a)
+    return [*conditions, spanning_condition("rotor, transverse and spin axes with their deviations", every)]
 
 
 def limit_conditions(component: Component, p: Any) -> list[Condition]:

@@ -1,6 +1,6 @@
 """Single-gimbal control moment gyros of constant rotor speed, with reaction wheels beside them; rates are commands.
 
-    s_i0 = nominal + ds_i,  t_i0 = nominal + dt_i,  a_j = nominal + da_j                          (1)
+    s_i0, t_i0, a_j as they are installed: (3) of vehicle.py                                      (1)
     h_B = sum_i h_i s_i(gamma_i) + sum_j I_j Om_j a_j                                             (2)
     tau_B = -h_B' = -sum_i h_i gamma_i' t_i(gamma_i) - sum_j I_j Om_j' a_j                        (3)
     r_c = dead zone(limited(gimbal_rate_command))                                                 (4)
@@ -25,7 +25,7 @@ import casadi as ca
 
 from .. import vehicle
 from ..framework import ActuatorCluster, Component, Condition, Input, Output, Parameter, State
-from ..mathematics import allocation, axes, cmg
+from ..mathematics import allocation, cmg
 from ..mathematics.limits import saturated
 
 
@@ -35,9 +35,9 @@ class CmgCluster(Component):
     gimbals: int = 4  # structural: control moment gyros
     wheels: int = 3  # structural: reaction wheels
 
-    rotor_deviation = Parameter(unit="1", shape=(3, "gimbals"), doc="ds, true minus nominal rotor axes")
-    transverse_deviation = Parameter(unit="1", shape=(3, "gimbals"), doc="dt, true minus nominal transverse axes")
-    spin_deviation = Parameter(unit="1", shape=(3, "wheels"), doc="da, true minus nominal spin axes")
+    rotor_deviation = vehicle.Installation.rotor_deviation
+    transverse_deviation = vehicle.Installation.transverse_deviation
+    spin_deviation = vehicle.Installation.spin_deviation
     gimbal_rate_limit = vehicle.StorageLimits.gimbal_rate_limit
     gimbal_dead_zone = vehicle.StorageLimits.gimbal_dead_zone
     gimbal_lag = Parameter(unit="s", doc="T, time constant of the gimbal servos, 0: none")
@@ -91,28 +91,12 @@ class CmgCluster(Component):
         conditions = [
             *vehicle.storage_conditions(self, p),
             *vehicle.limit_conditions(self, p),
-            *self._axis_conditions(p),
+            *vehicle.installation_conditions(p),
         ]
         step = vars(p)["solver.step"]
         text = "gimbal_lag = {} s: it must be 0 or at least half the internal step, solver.step = {} s."
         fits = ca.logic_or(p.gimbal_lag == 0, p.gimbal_lag >= step / 2)
         return [*conditions, Condition(fits, text, (p.gimbal_lag, step))]
-
-    def _axis_conditions(self, p: Any) -> list[Condition]:
-        """Return the conditions that deviations leave every gyro and wheel a momentum, and the cluster three axes."""
-        s_0, t_0, a = self._true_axes(p)
-        checked: list[tuple[str, Any]] = []
-        for i in range(self.gimbals):
-            text = f"rotor_deviation leaves gyro {i + 1} no rotor axis: rotor_axes_B + rotor_deviation has length {{}}"
-            checked.append((text, ca.norm_2(s_0[:, i])))
-            text = f"transverse_deviation leaves gyro {i + 1} no plane to turn its momentum in: |s_0 x t_0| is {{}}"
-            checked.append((text, ca.norm_2(ca.cross(s_0[:, i], t_0[:, i]))))
-        for j in range(self.wheels):
-            text = f"spin_deviation leaves wheel {j + 1} no spin axis: spin_axes_B + spin_deviation has length {{}}"
-            checked.append((text, ca.norm_2(a[:, j])))
-        conditions = [Condition(size - 1e-3, f"{text}, more than 0.001 is needed.", (size,)) for text, size in checked]
-        every = ca.horzcat(s_0, t_0, a)
-        return [*conditions, axes.spanning_condition("rotor, transverse and spin axes with their deviations", every)]
 
     def _rates_wanted(self, u: Any, p: Any) -> Any:
         limited = allocation.limited(u.gimbal_rate_command, p.gimbal_rate_limit)
@@ -121,16 +105,11 @@ class CmgCluster(Component):
     def _accelerations(self, u: Any, p: Any) -> Any:
         return saturated(u.wheel_acceleration_command, p.wheel_torque_limit / p.wheel_inertia)  # (6)
 
-    def _true_axes(self, p: Any) -> tuple[Any, Any, Any]:
-        """Return s_0, t_0 and a."""
-        t_0 = cmg.transverse(p.gimbal_axes_B, p.rotor_axes_B)
-        return p.rotor_axes_B + p.rotor_deviation, t_0 + p.transverse_deviation, p.spin_axes_B + p.spin_deviation  # (1)
-
     def _directions(self, x: Any, p: Any) -> tuple[Any, Any]:
-        s_0, t_0, _ = self._true_axes(p)
+        s_0, t_0, _ = vehicle.true_axes(p)
         return cmg.rotated(s_0, t_0, x.gimbal_angle)
 
     def _momentum(self, x: Any, p: Any) -> Any:
         s, _ = self._directions(x, p)
-        _, _, a = self._true_axes(p)
+        _, _, a = vehicle.true_axes(p)
         return s @ p.rotor_momentum + a @ (p.wheel_inertia * x.wheel_speed)  # (2)

@@ -16,6 +16,7 @@ ZETA = 0.005
 
 # Cluster
 ROTOR_MOMENTUM, WHEEL_INERTIA = 10.0, 0.05  # N m s, kg m2
+ROTOR_INERTIA, GYRO_INERTIA = 0.02, (0.025, 0.025, 0.015)  # kg m2; of gimbal and rotor about gimbal, rotor, third axis
 SKEW = np.radians(54.7356)  # of a pyramid: the faces of a cube
 NO_LIMIT = 1e9  # of a force, torque, momentum or rate
 

@@ -2,8 +2,8 @@
 
 Source: D. Ye, Z. Sun, Y. Liu, An adaptive control algorithm for hybrid actuator with installation deviation, J. Harbin
 Inst. Tech. 48(11), 2016, 10.11918/j.issn.0367-6234.2016.11.002, section 4: reference, weights, adaptation. Chosen: the
-vehicle and its cluster; diagonal gains, a pair of the paper's eigenvalues an axis: -0.2 +- 0.2i, -0.3 +- 0.3i and
--0.2 sqrt 2, -0.3 sqrt 2.
+vehicle, its cluster and the gyros' inertia; diagonal gains, a pair of the paper's eigenvalues an axis: -0.2 +- 0.2i,
+-0.3 +- 0.3i and -0.2 sqrt 2, -0.3 sqrt 2.
 """
 
 import numpy as np
@@ -14,6 +14,8 @@ from . import neutral
 J = [[120.0, 2.0, -1.5], [2.0, 110.0, 1.0], [-1.5, 1.0, 90.0]]  # kg m2
 ROTOR_MOMENTUM = 8.0  # N m s, of each gyro
 WHEEL_INERTIA = 0.02  # kg m2, of each wheel
+ROTOR_INERTIA = 0.016  # kg m2, of a gyro's rotor about its axis: 500 rad/s
+GYRO_INERTIA = (0.02, 0.02, 0.01)  # kg m2, of gimbal and rotor about gimbal, rotor and third axis
 SKEW = np.radians(54.7356)  # of the pyramid: the faces of a cube
 
 # Printed

@@ -10,11 +10,13 @@ from matplotlib.figure import Figure
 from cosim.arrays import FloatArray
 from cosim.results.result import Result
 from cosim.studies import plots
+from cosim.studies.papers.ye2016.full_model import draw_terms
 from cosim.studies.papers.ye2016.system import (
     ADAPTIVE,
     ADAPTIVE_SLOW,
     BETA_G,
     DELTA_G,
+    FULL_MODEL,
     NONADAPTIVE,
     NONADAPTIVE_SLOW,
     PERFECT,
@@ -51,7 +53,7 @@ def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
     """Return the paper's figures 2-5, 8-11 and those of its cluster, as far as `results` has the runs."""
     runs = {name: results[name] for name in SHORT if name in results and len(results[name]) > 1}
     if not runs:
-        return {}
+        return {"neglected_terms": draw_terms(results[FULL_MODEL])} if FULL_MODEL in results else {}
     adapting = {name: run for name, run in runs.items() if name in (ADAPTIVE, PRINTED, ADAPTIVE_SLOW)}
     with mpl.rc_context(plots.STYLE):
         drawn = {
@@ -67,6 +69,8 @@ def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
         if adapting:
             drawn["fig08-09_momentum_estimate"] = _momentum(adapting)
             drawn["fig10-11_squared_norms"] = _norms(adapting)
+        if FULL_MODEL in results:
+            drawn["neglected_terms"] = draw_terms(results[FULL_MODEL])
     return drawn
 
 

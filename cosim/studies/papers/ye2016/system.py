@@ -1,4 +1,4 @@
-"""The six experiments of ye2016.
+"""The experiments of ye2016.
 
 D. Ye, Z. Sun, Y. Liu, An adaptive control algorithm for hybrid actuator with installation deviation, J. Harbin Inst.
 Tech. 48(11), 2016, 10.11918/j.issn.0367-6234.2016.11.002, section 4. Four gyros in a pyramid, three wheels on the body
@@ -11,6 +11,7 @@ tenth of that as well: the slow poles, with which alone its errors come out. alp
 cluster of ten times the inertia and momentum.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,9 @@ from cosim.system import Connection, Experiment, System, Value
 
 NONADAPTIVE, ADAPTIVE, PRINTED = "ye2016-nonadaptive", "ye2016-adaptive", "ye2016-adaptive-printed"
 NONADAPTIVE_SLOW, ADAPTIVE_SLOW = "ye2016-nonadaptive-slow", "ye2016-adaptive-slow"
+SLOW_PRINTED = "ye2016-adaptive-slow-printed"
 PERFECT = "ye2016-perfect"
+SERVO, FULL_MODEL = "ye2016-servo", "ye2016-full-model"
 
 ROTOR_MOMENTUM = [numbers.ROTOR_MOMENTUM] * 4  # N m s
 WHEEL_INERTIA = [numbers.WHEEL_INERTIA] * 3  # kg m2
@@ -68,7 +71,9 @@ WHEEL_DEVIATION = np.array(
 
 # Section 4
 ALPHA_F_PRINTED = 1e7  # kg2 m4/s
+ALPHA_F_SLOW = 1e2  # kg2 m4/s, chosen for the slow poles: P of these is larger, and with it the gain of (25)
 
+SERVO_LAG = 0.01  # s, of the gimbals of the full model
 STOP_TIME = 800.0  # s
 STEP = 0.01  # s
 SLOW_STEP = 1e-3  # s: the estimates at the end of adaptive-slow, which runs along its projection, need it
@@ -96,12 +101,47 @@ def nonadaptive_slow() -> Flight:
 
 def adaptive_slow() -> Flight:
     """Adaptation (alpha_F 1e2), poles a tenth of the printed ones, figures 4-11."""
-    return _flight(ADAPTIVE_SLOW, alpha_F=1e2, poles=0.1)
+    return _flight(ADAPTIVE_SLOW, alpha_F=ALPHA_F_SLOW, poles=0.1)
+
+
+def adaptive_slow_printed() -> Flight:
+    """Adaptation with the printed alpha_F = 1e7, poles a tenth of the printed ones, figures 4-11."""
+    return _flight(SLOW_PRINTED, alpha_F=ALPHA_F_PRINTED, poles=0.1)
 
 
 def perfect() -> Flight:
     """No adaptation, but the true axes and the true momentum are known from the start."""
     return _flight(PERFECT, alpha_F=0.0, alpha_G=0.0, known=True)
+
+
+def servo() -> Flight:
+    """As ye2016-adaptive with the gimbal servos of ye2016-full-model: what of its difference is theirs."""
+    system, experiment = _flight(SERVO, alpha_F=ALPHA_F)
+    lag = {"actuators.gimbal_lag": Value(SERVO_LAG, "s"), "actuators.solver.step": Value(SERVO_LAG / 10, "s")}
+    return replace(system, parameters=system.parameters | lag), experiment
+
+
+def full_model() -> Flight:
+    """As ye2016-adaptive on the gyros' full model of section 1: gimbal inertia, J', a servo of 10 ms."""
+    system, experiment = _flight(FULL_MODEL, alpha_F=ALPHA_F)
+    links = [link for link in system.connections if link.target not in ("plant.tau_B", "plant.h_B")]
+    whole = {"plant.J": Value(J, "kg.m2"), "plant.gimbal_lag": Value(SERVO_LAG, "s")}
+    inertias = zip(("I_cg", "I_cs", "I_ct", "I_cws"), (*numbers.GYRO_INERTIA, numbers.ROTOR_INERTIA), strict=True)
+    whole |= {f"plant.{name}": Value([value] * 4, "kg.m2") for name, value in inertias}
+    whole |= {"plant.gimbal_rate": Value([0.0] * 4, "rad/s"), "plant.solver.step": Value(SERVO_LAG / 10, "s")}
+    held = {"tau_B": [0.0] * 3, "h_B": [0.0] * 3, "rotor_acceleration_command": [0.0] * 4}
+    return replace(
+        system,
+        components={n: c for n, c in system.components.items() if n != "actuators"} | {"plant": "VscmgSpacecraft"},
+        connections=[Connection(_of_plant(k.source), _of_plant(k.target), k.timing) for k in links],
+        held=system.held | {f"plant.{name}": value for name, value in held.items()},
+        parameters={_of_plant(name): value for name, value in system.parameters.items()} | whole,
+    ), experiment
+
+
+def _of_plant(port: str) -> str:
+    """Return a port of the cluster as one of the plant that contains it."""
+    return port.replace("actuators.", "plant.")
 
 
 def unknown_momentum() -> FloatArray:

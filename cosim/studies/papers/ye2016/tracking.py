@@ -1,11 +1,14 @@
 """What ye2016 plots: 3-2-1 angles and rate of the body relative to the reference, and how good the estimates are."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from cosim.arrays import FloatArray
 from cosim.errors import UnknownName
 from cosim.results.result import Result
 from cosim.studies.metrics import reference_rate, rotations
+from cosim.studies.papers.claims import window
 
 LATE = 400.0  # s, from here on an error is the steady one
 
@@ -22,6 +25,11 @@ def rate_error(run: Result) -> FloatArray:
     if wanted is None:
         raise UnknownName("variable", "guidance.omega_RN_R", "the result", run.names)
     return run["plant.omega_BN_B"] - wanted
+
+
+def largest(error: Callable[[Result], FloatArray], run: Result, begin: float = 0.0) -> float:
+    """Return the largest component of an error from a time on, s."""
+    return float(np.max(np.abs(error(run)[window(run, begin)])))
 
 
 def momentum_error(run: Result) -> FloatArray:

@@ -1,0 +1,59 @@
+"""ye2016 from native FMUs in the readings that its print leaves open: poles, alpha_F, degrees; the verdicts."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from cosim import simulate
+from cosim.studies.papers import PAPERS, scenario
+from cosim.studies.papers.claims import judge
+from cosim.studies.papers.ye2016 import system
+from cosim.studies.papers.ye2016.tracking import LATE, euler_error, largest, momentum_error, rate_error
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return {name: simulate(*scenario(name)) for name in PAPERS["ye2016"].experiments}
+
+
+def test_slow_poles_with_the_printed_alpha_F(runs):
+    """The row of the second look, tolerances its last digits."""
+    run, without = runs[system.SLOW_PRINTED], runs[system.NONADAPTIVE_SLOW]
+    attitude, rate = ([largest(error, run, t) for t in (0.0, LATE)] for error in (euler_error, rate_error))
+    assert_allclose(attitude, [2.44e-4, 2.4e-4], atol=5e-6)
+    assert_allclose(rate, [4.3e-5, 3.3e-5], atol=5e-7)
+    assert_allclose(np.abs(euler_error(run)[run.time <= 40.0]).max(), 9.62e-5, rtol=5e-3)
+    gains = [largest(error, without, LATE) / largest(error, run, LATE) for error in (euler_error, rate_error)]
+    assert_allclose(gains, [1190, 160], rtol=0.02)
+    assert_allclose(np.interp([100.0, 800.0], run.time, momentum_error(run)), [1.85, 2.38], atol=5e-3)
+
+
+def test_momentum_of_the_slow_poles(runs):
+    run = runs[system.ADAPTIVE_SLOW]
+    assert_allclose(np.interp([100.0, 800.0], run.time, momentum_error(run)), [0.986, 0.050], atol=5e-4)
+
+
+def test_degrees(runs):
+    """.154 and .0106 deg, 4.7e-3 and 4.8e-4 deg/s."""
+    without, adapting = runs[system.NONADAPTIVE], runs[system.PRINTED]
+    attitude = np.degrees([largest(euler_error, without), largest(euler_error, adapting, LATE)])
+    assert_allclose(attitude, [0.154, 0.0106], rtol=5e-3)
+    rate = np.degrees([largest(rate_error, without), largest(rate_error, adapting, LATE)])
+    assert_allclose(rate, [4.7e-3, 4.8e-4], rtol=0.05 / 4.7)
+
+
+def test_verdicts(runs):
+    """By reading, the parts that hold."""
+    verdicts = {verdict.claim: verdict for verdict in judge(PAPERS["ye2016"].claims, runs)}
+    without, adapting, gains, bounded, momentum, *_ = verdicts.values()
+    held = [[p for p, good in v.holds.items() if good] for v in (without, adapting, gains, momentum)]
+    slow, chosen = ("slow poles", "slow poles with alpha_F = 1e2")
+    assert (without.verdict, held[0]) == ("partly", [f"{slow}: attitude", "printed poles in degrees: attitude"])
+    assert adapting.word == f"in one reading ({chosen})"
+    assert held[1] == [f"{slow}: rate", f"{chosen}: attitude", f"{chosen}: rate"]
+    assert gains.word == f"in 2 readings ({slow}, {chosen})" and len(held[2]) == 4
+    assert bounded.verdict == "reproduced"
+    assert momentum.word == "in one reading (printed poles with alpha_F = 1e5)"
+    assert held[3][0] == "printed poles: quickly" and f"{chosen}: to the true value" in held[3]
