@@ -55,7 +55,7 @@ class LowOrbit(Component):
     bulge = Parameter(unit="1", doc="b, density of day and night around the mean")
     CdA = Parameter(unit="m2", start=4.0, doc="drag coefficient times area")
     solar_force = Parameter(unit="N", doc="F_s, force of the sunlight")
-    sun_N = Parameter(unit="1", shape=(3,), start=(1, 0, 0), doc="unit vector to the Sun")
+    sun_N = Parameter(unit="1", shape=(3,), start=(0, 0, 1), doc="unit vector to the Sun")
     r_cp = Parameter(unit="m", shape=(3,), doc="centre of pressure, B axes")
     earth_radius = Parameter(unit="m", start=earth.EARTH_RADIUS, doc="radius of the Earth")
     terminator_width = Parameter(unit="m", start=2e5, doc="width of the change from day to night along the Sun's line")

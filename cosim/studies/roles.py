@@ -75,7 +75,7 @@ def _by_columns(shown: set[str]) -> str:
         return "actuators"
     if shown & {"q_BN", "q_SN", "H_N", "eta", "cage_contact", "tau_B", "tau_dist_B", "f_command_S"}:
         return "plant"
-    if "tau_command_B" in shown:
+    if shown & {"tau_command_B", "gimbal_lock", "full_turn", "barrier_time"}:
         return "controller"
     return "actuators" if shown & {"h_B", "wheel_speed", "wheel_momentum", "gimbal_rate"} else ""
 
