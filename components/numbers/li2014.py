@@ -21,7 +21,7 @@ CAGE = [0.05, -0.03, 0.02]  # m
 GAP = 4.0  # mm
 
 # Chosen: environment
-RHO_0 = 6.05585818e-11  # kg/m3, for a mean drag of 7 mN over an orbit
+MEAN_DRAG, RHO_0 = 7e-3, 6.05585818e-11  # N, over an orbit; kg/m3, for this drag
 SCALE_HEIGHT, BULGE, CDA = 45e3, 0.3, 3.85  # m, 1, m2
 SOLAR_FORCE, SUN_N = 5.9e-5, [0.6, -0.64, 0.48]  # N
 PRESSURE_CENTRE = [0.10, 0.02, -0.01]  # m

@@ -15,6 +15,7 @@ import numpy as np
 from components.numbers.li2014 import (
     I_SC,
     M_SC,
+    MEAN_DRAG,
     PHI_REL,
     PHI_SC,
     PRESSURE_CENTRE,
@@ -25,7 +26,6 @@ from cosim.arrays import FloatArray
 from cosim.studies.papers.li2014.start import orbit
 from cosim.system import Value
 
-MEAN_DRAG = 7e-3  # N
 CENTRES = np.array(np.meshgrid(*[[-1, -0.5, 0, 0.5, 1]] * 2, indexing="ij")).reshape(2, 25)
 
 

@@ -47,8 +47,8 @@ END = 50.0  # s
 
 
 def draw_variants(flown: Mapping[str, Result]) -> Figure | None:
-    """Draw the largest |component| of figures 1 to 3 of all variants; None where no design model was flown."""
-    if not any(pair[0] in flown for pair in VARIANTS.values()):
+    """Draw the largest |component| of figures 1 to 3 of all variants; None where one of the models was not flown."""
+    if not all(any(pair[model] in flown for pair in VARIANTS.values()) for model in (0, 1)):
         return None
     figure, grid = plots.panels(3, 2, "Largest component of figures 1 to 3: signs, feed-forward and Gamma", 2.0)
     for row, (text, rows) in zip(grid, ROWS, strict=True):

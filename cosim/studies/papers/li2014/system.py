@@ -31,6 +31,7 @@ from components.numbers.li2014 import (
     K_R,
     M_SC,
     M_TM,
+    MEAN_DRAG,
     PRESSURE_CENTRE,
     RHO_0,
     SAMPLE,
@@ -50,7 +51,7 @@ from cosim.masters.explicit import Explicit
 from cosim.studies.papers.flight import Flight
 from cosim.studies.papers.li2014 import design
 from cosim.studies.papers.li2014.connections import connect, connect_design_model
-from cosim.studies.papers.li2014.design import CENTRES, MEAN_DRAG
+from cosim.studies.papers.li2014.design import CENTRES
 from cosim.studies.papers.li2014.hardware import hardware
 from cosim.studies.papers.li2014.start import initial_state, orbit_attitude
 from cosim.system import Experiment, System, Value
@@ -64,9 +65,10 @@ DESIGN, DESIGN_NO_NN = "li2014-design-model-nn", "li2014-design-model-no-nn"
 DESIGN_PRINTED, DESIGN_CONSISTENT = "li2014-design-model-printed-signs", "li2014-design-model-consistent"
 DESIGN_GAMMA = "li2014-design-model-gamma10"
 
+INERTIA = Value((I_SC * np.eye(3)).tolist(), "kg.m2")
+
 # chosen
 GUSTS = [0.1 * MEAN_DRAG, 0.02 * MEAN_DRAG, 0.02 * MEAN_DRAG]  # N/sqrt(Hz), along-track and lateral
-INERTIA = Value((I_SC * np.eye(3)).tolist(), "kg.m2")
 FEEDFORWARD = [7.8e-3, 0.0, 0.0]  # N, against the drag at the start, LVLH
 
 STOP_TIME, SPECTRUM_TIME = 200.0, 2000.0  # s
