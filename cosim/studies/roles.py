@@ -5,7 +5,7 @@ An FMU of ours says what it is (annotations.py); any other is known by its stand
     guidance    shows q_RN and does not take it
     controller  takes q_RN, with q_BN or q_SN
     actuators   show tau_B and h_B
-A result without a description of its components (run.json) is read by its columns in the same way.
+A result without a description of its components (run.json) is read by its usual names and its columns.
 """
 
 from collections.abc import Iterable, Mapping
@@ -47,7 +47,7 @@ def find(run: Result) -> dict[str, str]:
     """Return the role of every instance that has one, in the order of declaration."""
     components: Mapping[str, Any] = run.info.get("components") or {}
     if not components:
-        return {name: role for name, shown in _columns(run).items() if (role := _by_columns(shown))}
+        return {name: role for name, shown in _columns(run).items() if (role := _by_columns(name, shown))}
     return {
         name: role
         for name, component in components.items()
@@ -67,8 +67,10 @@ def _by_variables(takes: Iterable[str], shows: Iterable[str]) -> str:
     return "actuators" if {"tau_B", "h_B"} <= outputs else ""
 
 
-def _by_columns(shown: set[str]) -> str:
-    """Return the role of an instance of which these variables were recorded, whatever they are."""
+def _by_columns(name: str, shown: set[str]) -> str:
+    """Return the role of an instance of which these variables were recorded: by a usual name, else by them."""
+    if name in ROLES:
+        return name
     if "q_RN" in shown:
         return "controller" if shown & {"q_BN", "q_SN", "tau_command_B", "attitude_error"} else "guidance"
     if shown & {"h_B", "wheel_speed"} and not shown & {"q_BN", "tau_dist_B", "H_N"}:
