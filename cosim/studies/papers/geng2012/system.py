@@ -90,6 +90,11 @@ def uncompensated_strong() -> Flight:
     return flight(STRONG, rho_0=STRONG_RHO_0)
 
 
+def degrees() -> Flight:
+    """Configuration N with the printed gamma = 0.01, sigma in degrees: gamma = 0.573 in radians."""
+    return flight(DEGREES, network=1.0, gamma=GAMMA_DEGREES)
+
+
 def z_wheel_compensated() -> Flight:
     """The paper's law on the cluster of section 4, a wheel about z only; gamma = 1."""
     return flight(Z_WHEEL_COMPENSATED, Z_WHEEL, network=1.0)
@@ -118,11 +123,6 @@ def end_phase_compensated() -> Flight:
 def end_phase_uncompensated() -> Flight:
     """The cluster of section 2 with a constant gain of 0.15 N m."""
     return flight(END_PHASE_UNCOMPENSATED, END_PHASE)
-
-
-def degrees() -> Flight:
-    """Configuration N with the printed gamma = 0.01, sigma in degrees: gamma = 0.573 in radians."""
-    return flight(DEGREES, network=1.0, gamma=GAMMA_DEGREES)
 
 
 def light() -> Flight:
