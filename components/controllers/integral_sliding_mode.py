@@ -11,7 +11,8 @@ short x' = A x + B u. With the linear law G x and the surface sigma:
     Phi_j = exp(-|xi - c_j|^2 / width^2),  xi = [roll, pitch, yaw; w; G x]                        (7)
 As printed, the gain of x in u is -(D B)^-1 D A instead of G (`printed_gain`):
     D A x = D_e w + D_eta eta' + D_omega w'_0 + D_eta_dot eta''_0, the rates of (1) at u = 0      (8)
-Before t0, `start_time`, the law waits:  u = 0,  I' = 0,  W' = 0                                  (9)
+Before t0, `start_time`, the law waits:
+    u = 0,  I' = 0,  W' = 0                                                                       (9)
 
 Symbols: e rotation vector of q_RN* (x) q_BN, w rate relative to the reference (the body's in (7)), both in B; roll,
 pitch, yaw: Euler angles 3-2-1 of q_BN. D is read as a torque for each state, as G is, so that sigma is a torque.

@@ -20,15 +20,19 @@ F = [  # kg^1/2 m; a row an axis, a column a mode
 OMEGA = [0.7681, 1.1038, 1.8733, 2.5496]  # rad/s
 ZETA = [0.005607, 0.008620, 0.01283, 0.02516]
 ANGLE = 60.0  # deg, about y
+MISMATCH = 1.2  # true J over nominal J, the paper's 20 %; its sign is not printed
+DISTURBANCE, ORBIT_RATE = 1.5e-5, -0.0011  # A0 in N m, w0 in rad/s
 
 # Printed: cluster
 ROTOR_MOMENTUM = 15.0  # N m s
 PLANE_TORQUE, WHEEL_TORQUE = 3.5, 0.25  # N m
 RATE_LIMIT = PLANE_TORQUE / ROTOR_MOMENTUM  # rad/s
 DEAD_ZONE = 0.02  # deg/s
+GIMBAL_ANGLES = [np.pi / 4, 5 * np.pi / 4]  # rad, at the start
 LAMBDA_0, ALPHA, K_0, K_FREQUENCY = 0.01, 10.0, 0.1, 1.0  # K_FREQUENCY in rad/s
 
 # Chosen: hand-over from gyros to wheels, law
+WHEEL_INERTIA = 0.02  # kg m2
 NEAR, FAR, HAND_OVER_TIME = 0.3, 1.0, 4.0  # deg, deg, s
 RHO_0 = 0.15  # N m
 GAMMA = 1.0  # 1/s

@@ -116,6 +116,14 @@ def test_a_gain_that_follows_from_the_vehicle_is_designed_for_it(plants, control
     assert other.parameters["controller.D_omega"] == geng2012.SURFACE["omega"]
 
 
+def test_gains_of_an_observer_stay_with_the_modes_that_they_were_placed_for(plants, controllers):
+    placed = controllers["geng2012-observer-placed"]
+    own, other = (laws.fit(placed, plants[name], LOCATE).parameters for name in ("geng2012", "zhang2018"))
+    assert np.shape(own["observer.L_eta"].value) == (4, 3) and np.any(own["observer.L_eta"].value)
+    assert np.shape(other["observer.L_eta"]) == np.shape(other["observer.L_psi"]) == (8, 3)
+    assert not np.any(other["observer.L_eta"]) and not np.any(other["observer.L_psi"])
+
+
 def test_the_rule_gives_the_gain_of_the_paper_s_vehicle():
     """GAIN is from another Riccati solver: equal but for the rounding of both."""
     found = gains.design(

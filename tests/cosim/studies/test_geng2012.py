@@ -61,7 +61,7 @@ def synthetic(
         environment__tau_dist_B=0 * still,
         actuators__tau_B=np.where(time < 0, pushed, np.exp(-time))[:, None] * still,
         actuators__h_B=still,
-        actuators__gimbal_angle=np.outer(np.sin(time), [1, -1]) + system.GIMBAL_ANGLES,
+        actuators__gimbal_angle=np.outer(np.sin(time), [1, -1]) + numbers.GIMBAL_ANGLES,
         steering__gimbal_rate_command=np.outer(np.cos(time), [0.1, -0.1]),
         steering__wheel_acceleration_command=0.1 * still,
         steering__singularity=measure * np.ones(len(time)),

@@ -45,7 +45,7 @@ SHORT = {
     COMPENSATED: "with compensation",
     UNCOMPENSATED: r"without, $\rho_0$ = 0.15 N m",
     LINEAR: "linear law",
-    Z_WHEEL_ONLY: "linear, wheel about z only",
+    Z_WHEEL_ONLY: "wheel about z only",
     PRINTED_GAMMA: r"printed $\gamma$",
     DEGREES: r"printed $\gamma$, $\sigma$ in deg",
 }

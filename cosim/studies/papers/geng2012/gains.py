@@ -19,7 +19,7 @@ def design(vehicle: Mapping[str, Any]) -> dict[str, Any]:
     """Return the controller's gain of x for a vehicle (J, delta, Omega, zeta; without modes: J), and its surface.
 
     The surface keeps its columns of e and w; those of the modes, which drop out of it on the paper's own vehicle but
-    for rounding, belong to that vehicle's modes and are zero here.
+    for rounding, belong to that vehicle's modes and are zero here. So do the observer's gains and its start.
     """
     from components.mathematics.regulator import regulator  # the paper's own vehicle needs no design
 
@@ -32,6 +32,8 @@ def design(vehicle: Mapping[str, Any]) -> dict[str, Any]:
     return {
         **{f"controller.G_{name}": part.tolist() for name, part in gain.items()},
         **{f"controller.D_{name}": np.zeros((3, n)).tolist() for name in ("eta", "eta_dot")},
+        **{f"observer.L_{name}": np.zeros((n, 3)).tolist() for name in ("eta", "psi")},
+        "observer.eta_start": [0.0] * n,
     }
 
 
@@ -40,7 +42,7 @@ def observer(poles: Any) -> dict[str, Value]:
     from components.estimators.modal_observer import place_gains  # most experiments place none
 
     L_eta, L_psi = place_gains(J, np.transpose(F), OMEGA, ZETA, poles)
-    return {"L_eta": Value(L_eta, "kg(1/2).m.s"), "L_psi": Value(L_psi, "kg(1/2).m")}
+    return {"L_eta": Value(L_eta.tolist(), "kg(1/2).m.s"), "L_psi": Value(L_psi.tolist(), "kg(1/2).m")}
 
 
 def oscillating(decays: Any) -> np.ndarray:

@@ -9,21 +9,26 @@ from components.numbers.geng2012 import (
     ALPHA,
     ANGLE,
     DEAD_ZONE,
+    DISTURBANCE,
     EPSILON,
     FAR,
     GAIN,
     GAMMA,
+    GIMBAL_ANGLES,
     HAND_OVER_TIME,
     K_0,
     K_FREQUENCY,
     LAMBDA_0,
+    MISMATCH,
     NEAR,
     OMEGA,
+    ORBIT_RATE,
     PLANE_TORQUE,
     RATE_LIMIT,
     RHO_0,
     ROTOR_MOMENTUM,
     SURFACE,
+    WHEEL_INERTIA,
     WHEEL_TORQUE,
     WIDTH,
     ZETA,
@@ -34,13 +39,6 @@ from components.numbers.geng2012 import (
 from cosim.masters.explicit import Explicit
 from cosim.studies.papers.flight import Flight
 from cosim.system import Connection, Experiment, System, Value
-
-MISMATCH = 1.2  # true J over nominal J
-DISTURBANCE, ORBIT_RATE = 1.5e-5, -0.0011  # A0 in N m, w0 in rad/s
-
-# Cluster
-GIMBAL_ANGLES = [np.pi / 4, 5 * np.pi / 4]
-WHEEL_INERTIA = 0.02  # kg m2
 
 STOP_TIME = 100.0  # s
 

@@ -6,12 +6,13 @@ rates and modal coordinates are compared component by component. The manoeuvre b
 
 import numpy as np
 
+from components.numbers.geng2012 import GIMBAL_ANGLES
 from cosim.arrays import FloatArray
 from cosim.results.result import Result
 from cosim.studies.metrics import attitude_error, settling_time
 from cosim.studies.papers.claims import Measured, format_all, per_axis, window
 from cosim.studies.papers.geng2012 import surface
-from cosim.studies.papers.geng2012.loop import GIMBAL_ANGLES, STOP_TIME
+from cosim.studies.papers.geng2012.loop import STOP_TIME
 
 POINTING, RATE, STEADY_RATE = 0.1, 0.1, 0.02  # deg, deg/s, deg/s
 SAVED = 10.0  # s

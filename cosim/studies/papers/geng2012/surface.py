@@ -17,10 +17,9 @@ Limits: e' = w in the model of the law; what that leaves of E is not in (1).
 
 import numpy as np
 
-from components.numbers.geng2012 import EPSILON, OMEGA, ZETA, F, J
+from components.numbers.geng2012 import EPSILON, MISMATCH, OMEGA, ZETA, F, J
 from cosim.arrays import BoolArray, FloatArray
 from cosim.results.result import Result
-from cosim.studies.papers.geng2012.loop import MISMATCH
 
 COUPLING, NOMINAL = np.array(F), np.array(J)
 

@@ -13,9 +13,10 @@ Changed where the print cannot be meant: K = G in place of -(D B)^-1 D A, see `p
 
 import numpy as np
 
+from components.numbers.geng2012 import GIMBAL_ANGLES
 from cosim.studies.papers.flight import Flight
 from cosim.studies.papers.geng2012 import gains
-from cosim.studies.papers.geng2012.loop import GIMBAL_ANGLES, flight
+from cosim.studies.papers.geng2012.loop import flight
 from cosim.system import Value
 
 COMPENSATED, UNCOMPENSATED, LINEAR = "geng2012-compensated", "geng2012-uncompensated", "geng2012-linear"
@@ -31,19 +32,17 @@ NOMINAL, NOMINAL_UNCOMPENSATED = "geng2012-nominal", "geng2012-nominal-uncompens
 OBSERVER_START, OBSERVER_PLACED = "geng2012-observer-start", "geng2012-observer-placed"
 OBSERVER_PLACED_REAL = "geng2012-observer-placed-real"
 
-# Cluster
+# Printed: two gyros and one wheel (section 4), three wheels that act in the end phase (section 2), rate of learning
 Z_WHEEL = {"trim_wheels": 0.0, "hand_over": 0.0}
 END_PHASE = {"trim_wheels": 2.0}
-POSITIONING_TIME = 10.0  # s, before the manoeuvre
-
-# Law
-WEAK_RHO_0, STRONG_RHO_0 = 0.02, 0.5  # N m
 GAMMA_PRINTED = 0.01  # 1/s
 GAMMA_DEGREES = float(np.degrees(GAMMA_PRINTED))  # 1/s: sigma in degrees is so much larger
 
-# Observer
+# Chosen: other constant gains, the gimbals' time before the manoeuvre, the observer's start and poles
+WEAK_RHO_0, STRONG_RHO_0 = 0.02, 0.5  # N m
+POSITIONING_TIME = 10.0  # s
 ETA_START = 0.05  # kg^1/2 m, of every mode; true is 0
-DECAYS = np.linspace(0.3, 0.5, 4)  # 1/s, of the modes' estimates
+DECAYS = np.linspace(0.3, 0.5, 4)  # 1/s, of the modes' estimates; their frequencies are kept
 
 
 def compensated() -> Flight:
@@ -91,6 +90,11 @@ def uncompensated_strong() -> Flight:
     return flight(STRONG, rho_0=STRONG_RHO_0)
 
 
+def degrees() -> Flight:
+    """Configuration N with the printed gamma = 0.01, sigma in degrees: gamma = 0.573 in radians."""
+    return flight(DEGREES, network=1.0, gamma=GAMMA_DEGREES)
+
+
 def z_wheel_compensated() -> Flight:
     """The paper's law on the cluster of section 4, a wheel about z only; gamma = 1."""
     return flight(Z_WHEEL_COMPENSATED, Z_WHEEL, network=1.0)
@@ -119,11 +123,6 @@ def end_phase_compensated() -> Flight:
 def end_phase_uncompensated() -> Flight:
     """The cluster of section 2 with a constant gain of 0.15 N m."""
     return flight(END_PHASE_UNCOMPENSATED, END_PHASE)
-
-
-def degrees() -> Flight:
-    """Configuration N with the printed gamma = 0.01, sigma in degrees: gamma = 0.573 in radians."""
-    return flight(DEGREES, network=1.0, gamma=GAMMA_DEGREES)
 
 
 def light() -> Flight:
