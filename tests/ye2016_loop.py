@@ -5,6 +5,7 @@ from published import published
 from scipy.integrate import solve_ivp
 
 from components.framework import Component
+from components.numbers import ye2016 as numbers
 from cosim.studies.papers.ye2016 import system
 
 CONNECTIONS = [
@@ -26,7 +27,7 @@ DEVIATIONS = {
     "spin_deviation": system.WHEEL_DEVIATION,
 }
 OFF = {"alpha_F": 0.0, "alpha_G": 0.0}
-SLOW = {"k_1": 0.01 * system.K_1, "k_2": 0.1 * system.K_2}
+SLOW = {"k_1": np.diag(0.01 * numbers.K_1), "k_2": np.diag(0.1 * numbers.K_2)}
 _C, _W = system.unknown_axes()
 KNOWN = OFF | {"Theta_F": system.unknown_momentum(), "Theta_c": _C, "Theta_w": _W}
 
@@ -58,7 +59,7 @@ def outside(time, alpha_F, alpha_G):
     J, h, i_w = np.array(system.J), np.array(system.ROTOR_MOMENTUM), np.array(system.WHEEL_INERTIA)
     S, T, A = system.ROTOR_AXES, np.cross(system.GIMBAL_AXES.T, system.ROTOR_AXES.T).T, system.WHEEL_AXES
     dS, dT, dA = system.ROTOR_DEVIATION, system.TRANSVERSE_DEVIATION, system.WHEEL_DEVIATION
-    K = np.hstack([np.diag(system.K_1), np.diag(system.K_2)])
+    K = np.hstack([np.diag(numbers.K_1), np.diag(numbers.K_2)])
     A_1 = np.block([[np.zeros((3, 3)), np.eye(3)], [-K]])
     # A_1' P + P A_1 = -1 as a linear system of 36 equations
     P = np.linalg.solve(np.kron(A_1.T, np.eye(6)) + np.kron(np.eye(6), A_1.T), -np.eye(6).ravel()).reshape(6, 6)

@@ -21,12 +21,15 @@ SKEW = np.radians(54.7356)  # of the pyramid: the faces of a cube
 # Printed
 RATE_AMPLITUDE = 0.02  # rad/s
 RATE_PERIOD = np.array([800.0, 600.0, 400.0])  # s
+EIGENVALUES = np.array(
+    [-0.2 + 0.2j, -0.2 - 0.2j, -0.2 * 2**0.5, -0.3 + 0.3j, -0.3 - 0.3j, -0.3 * 2**0.5]
+)  # 1/s, of A_1
 ALPHA_G = 1e3  # s
 BETA_G, DELTA_G = 0.05, 0.1
 
 # Chosen: gains
-K_1 = np.array([0.08, 0.18, 0.12])  # 1/s2
-K_2 = np.array([0.4, 0.6, 0.5 * np.sqrt(2)])  # 1/s
+K_1 = np.array([0.08, 0.18, 0.12])  # 1/s2, the diagonal of k_1
+K_2 = np.array([0.4, 0.6, 0.5 * np.sqrt(2)])  # 1/s, the diagonal of k_2
 ALPHA_F = 1e5  # kg2 m4/s, its 1e7 for a vehicle and a cluster of ten times the inertia and momentum
 
 

@@ -9,7 +9,8 @@ from scipy.linalg import solve_continuous_lyapunov
 from scipy.spatial.transform import Rotation
 from ye2016_loop import CONNECTIONS, KNOWN, OFF, SLOW, loop, outside
 
-from cosim.studies.papers.ye2016 import system
+from components.numbers import ye2016 as numbers
+from cosim.studies.papers.ye2016 import gains, system
 
 CmgCluster = as_in(
     "ye2016-adaptive", "actuators", wheel_speed=0.0, rotor_deviation=0.0, transverse_deviation=0.0, spin_deviation=0.0
@@ -46,22 +47,49 @@ def test_feedthrough():
 
 
 def test_gains_have_the_printed_eigenvalues():
-    k_1, k_2 = system.K_1, system.K_2
+    k_1, k_2 = numbers.K_1, numbers.K_2
     found = np.concatenate([np.roots([1, b, a]) for a, b in zip(k_1, k_2, strict=True)])
     printed = [complex(-r, s * r) for r in POLES for s in (1, -1)] + [-r * np.sqrt(2) for r in POLES]
     assert_allclose(np.sort_complex(found), np.sort_complex(printed), atol=1e-12)
 
 
-def test_P_solves_the_lyapunov_equation():
-    q_1, q_2 = np.array([0.01, 2.0, 3.0]), np.array([1.0, 0.5, 2.0])
-    c = Point(HybridAdaptive(q_1=q_1, q_2=q_2)).c.reshape(3, 3)
-    P = np.block([[np.diag(c[0]), np.diag(c[1])], [np.diag(c[1]), np.diag(c[2])]])
-    A_1 = np.block([[np.zeros((3, 3)), np.eye(3)], [-np.diag(system.K_1), -np.diag(system.K_2)]])
-    assert_allclose(P, solve_continuous_lyapunov(A_1.T, -np.diag(np.concatenate([q_1, q_2]))), rtol=1e-10, atol=1e-12)
-    paper = Point(HybridAdaptive()).c.reshape(3, 3)  # of parameters.json
-    assert_allclose(paper[0], [3.85, 2.65, 3.7382378498728825], rtol=1e-12)
-    assert_allclose(paper[1], [6.25, 2.7777777777777786, 4.166666666666668], rtol=1e-12)
-    assert_allclose(paper[2], [16.875, 5.462962962962964, 6.599663291074446], rtol=1e-12)
+def blocks(first, mixed, last):
+    return np.block([[first, mixed], [mixed.T, last]])
+
+
+def weight(rng):
+    """A positive definite Q, 6 x 6, and its blocks by the names of the law."""
+    Q = np.eye(6) + 0.5 * (M := rng.normal(size=(6, 6))) @ M.T
+    return Q, {"q_1": Q[:3, :3], "q_12": Q[:3, 3:], "q_2": Q[3:, 3:]}
+
+
+@pytest.mark.parametrize("K", [gains.diagonal(), gains.placed(), gains.placed(0.1)], ids=["diagonal", "placed", "slow"])
+@pytest.mark.parametrize("general", [False, True])
+def test_P_solves_the_lyapunov_equation(K, general):
+    Q, given = weight(np.random.default_rng(3)) if general else (np.eye(6), {})
+    c = Point(HybridAdaptive(k_1=K[:, :3], k_2=K[:, 3:], **given)).c.reshape(3, 3, 3)
+    A_1 = np.block([[np.zeros((3, 3)), np.eye(3)], [-K]])
+    P = solve_continuous_lyapunov(A_1.T, -Q)
+    assert_allclose(blocks(*c), P, atol=1e-9 * np.abs(P).max())
+
+
+def test_P_of_the_paper():
+    paper = Point(HybridAdaptive()).c.reshape(3, 3, 3)  # of parameters.json
+    assert_allclose(paper[0], np.diag([3.85, 2.65, 3.7382378498728825]), rtol=1e-12)
+    assert_allclose(paper[1], np.diag([6.25, 2.7777777777777786, 4.166666666666668]), rtol=1e-12)
+    assert_allclose(paper[2], np.diag([16.875, 5.462962962962964, 6.599663291074446]), rtol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_gains_are_refused_just_where_an_eigenvalue_is_not_left_of_the_axis(seed):
+    """Random K, most diagonal elements not positive where it is Hurwitz all the same: the eigenvalues decide."""
+    rng, refused = np.random.default_rng(seed), "A_1 = A_0 - B_0 K is not Hurwitz"
+    for _ in range(8):
+        K = np.hstack([rng.normal(size=(3, 3)) + 0.6 * np.eye(3), rng.normal(size=(3, 3)) + 2.0 * np.eye(3)])
+        A_1 = np.block([[np.zeros((3, 3)), np.eye(3)], [-K]])
+        _, given = weight(rng)
+        messages = Point(HybridAdaptive(k_1=K[:, :3], k_2=K[:, 3:], **given)).violated()
+        assert any(refused in text for text in messages) == (np.linalg.eigvals(A_1).real.max() >= 0)
 
 
 def test_momentum_at_the_start():
@@ -151,13 +179,14 @@ def second(path, h=1e-2):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_identity_of_the_proof(seed):
-    """V' = -1/2 (q_1 |e_1|^2 + q_2 |e_2|^2) for any true axes and momentum, which the estimates are away from.
+    """V' = -1/2 e^T Q e for any gain, weight, true axes and momentum, which the estimates are away from.
 
     The motion is that of a cluster with those deviations on a body with that momentum; the second derivatives of both
     MRP are differences of scipy's attitudes. Wheels of 5 kg m^2, so that their part of V' is no trifle.
     """
     rng = np.random.default_rng(seed)
-    inertia, (q_1, q_2) = 5.0, rng.uniform(0.5, 2, (2, 3))
+    inertia, (Q, weights), K = 5.0, weight(rng), gains.placed() if seed % 2 else gains.diagonal()
+    weights |= {"k_1": K[:, :3], "k_2": K[:, 3:]}
     true_c, true_w, true_F = rng.uniform(-0.05, 0.05, (4, 6)), rng.uniform(-0.05, 0.05, (3, 3)), rng.normal(size=3)
     estimates = {"Theta_c": rng.uniform(-0.05, 0.05, (4, 6)), "Theta_w": rng.uniform(-0.05, 0.05, (3, 3))}
     estimates["Theta_F"] = rng.normal(size=3)
@@ -168,7 +197,7 @@ def test_identity_of_the_proof(seed):
     motion = {"omega_BN_B": w, "omega_RN_R": w_d, "omega_dot_RN_R": w_d_dot, "gimbal_angle": rng.normal(size=4)}
     motion |= {n: r.as_quat(canonical=True, scalar_first=True) for n, r in (("q_BN", body), ("q_RN", reference))}
     motion |= {"wheel_speed": rng.normal(size=3)}
-    point = Point(HybridAdaptive(**alpha, q_1=q_1, q_2=q_2, wheel_inertia=inertia), **motion, **estimates)
+    point = Point(HybridAdaptive(**alpha, **weights, wheel_inertia=inertia), **motion, **estimates)
     y, rates = point.outputs(), point.rates()
 
     deviation = {
@@ -183,17 +212,17 @@ def test_identity_of_the_proof(seed):
     _, sigma_d_ddot = second(lambda t: reference * Rotation.from_rotvec(w_d * t + w_d_dot * t**2 / 2))
 
     e, e_dot, e_ddot = y["e"], y["e_dot"], sigma_ddot - sigma_d_ddot
-    P_11, P_12, P_22 = point.c.reshape(3, 3)
+    whole, whole_dot = np.concatenate([e, e_dot]), np.concatenate([e_dot, e_ddot])
     parts = np.array(
         [
-            P_11 @ (e * e_dot) + P_12 @ (e_dot**2 + e * e_ddot) + P_22 @ (e_dot * e_ddot),
+            whole @ blocks(*point.c.reshape(3, 3, 3)) @ whole_dot,
             (estimates["Theta_F"] - true_F) @ rates["Theta_F"] / alpha["alpha_F"],
             np.sum((estimates["Theta_c"] - true_c) * rates["Theta_c"]) / alpha["alpha_G"],
             np.sum((estimates["Theta_w"] - true_w) * rates["Theta_w"]) / alpha["alpha_G"],
         ]
     )
-    assert np.abs(parts).min() > 1e-3 * np.abs(parts).max()
-    assert_allclose(parts.sum(), -(q_1 @ e**2 + q_2 @ e_dot**2) / 2, atol=1e-7 * np.abs(parts).max())
+    assert np.abs(parts).min() > 5e-4 * np.abs(parts).max()
+    assert_allclose(parts.sum(), -whole @ Q @ whole / 2, atol=1e-7 * np.abs(parts).max())
 
 
 def test_error_is_linear_with_perfect_knowledge():
@@ -207,7 +236,7 @@ def test_error_is_linear_with_perfect_knowledge():
     t, _, y = monolithic(parts, CONNECTIONS, 60.0, np.linspace(0, 60, 61))
     e, e_dot = y["controller.e"], y["controller.e_dot"]
     for i in range(3):
-        A = np.array([[0, 1], [-system.K_1[i], -system.K_2[i]]])
+        A = np.array([[0, 1], [-numbers.K_1[i], -numbers.K_2[i]]])
         values, vectors = np.linalg.eig(A)
         modes = np.linalg.solve(vectors, [e[0, i], e_dot[0, i]])
         expected = np.real((vectors * modes) @ np.exp(np.outer(values, t)))[0]
@@ -250,11 +279,20 @@ def test_figures_of_the_loop_as_one_ode(name):
 @pytest.mark.parametrize(
     ("values", "message"),
     [
+        ({"k_1": np.diag([0.08, -0.18, 0.12])}, "K = [k_1, k_2]: A_1 = A_0 - B_0 K is not Hurwitz"),
+        ({"k_2": np.diag([0.4, 0.6, 0.0])}, "K = [k_1, k_2]: A_1 = A_0 - B_0 K is not Hurwitz"),
         (
-            {"k_1": (0.08, -0.18, 0.12)},
-            "k_1[2] = -0.18 1/s2: A_1 = [0, 1; -k_1, -k_2] is Hurwitz only if it is positive",
+            {"k_1": 0.0, "k_2": 0.0},
+            "A_0 - B_0 K is not Hurwitz, for P of (23) is not positive definite (det k_1 0 1/s6",
         ),
-        ({"k_2": (0.4, 0.6, 0.0)}, "k_2[3] = 0 1/s: A_1 = [0, 1; -k_1, -k_2] is Hurwitz only if it is positive"),
+        ({"k_1": -gains.placed()[:, :3], "k_2": gains.placed()[:, 3:]}, "A_1 = A_0 - B_0 K is not Hurwitz"),
+        (
+            {"q_1": np.diag([1.0, -1.0, 1.0])},
+            "Q = [q_1, q_12; q_12^T, q_2] is not positive definite (smallest pivot -1)",
+        ),
+        ({"q_12": 2.0 * np.eye(3)}, "Q = [q_1, q_12; q_12^T, q_2] is not positive definite (smallest pivot -3)"),
+        ({"q_2": np.zeros((3, 3))}, "Q = [q_1, q_12; q_12^T, q_2] is not positive definite (smallest pivot 0)"),
+        ({"q_1": np.eye(3) + np.eye(3, k=1)}, "q_1 is not symmetric: elements that mirror each other differ by 1 1/s2"),
         ({"q_BN": [0, 0, 0, 0]}, "q_BN has norm 0 at the start, a unit quaternion (within 1e-6) is needed"),
         ({"q_RN": [2, 0, 0, 0]}, "q_RN has norm 2 at the start, a unit quaternion"),
         ({"rotor_axes_B": 2.0 * system.ROTOR_AXES}, "axis 1 of rotor_axes_B has length 2, a unit vector"),

@@ -303,9 +303,9 @@ REFUSED = {  # what is wrong -> system, setting, the instance that says so, its 
     ),
     "gains": (
         "ye2016-adaptive",
-        "controller.k_1[2]=-0.18",
+        "controller.k_1[2,2]=-0.18",
         "controller",
-        ["HybridAdaptive: k_1[2] = -0.18 1/s2: A_1 = [0, 1; -k_1, -k_2] is Hurwitz only if it is positive."],
+        ["HybridAdaptive: K = [k_1, k_2]: A_1 = A_0 - B_0 K is not Hurwitz"],
     ),
     "sign of a gain": (
         "geng2012-linear",

@@ -10,11 +10,12 @@ from components.actuators.cmg_cluster import CmgCluster
 from components.catalog import CATALOG
 from components.controllers.hybrid_adaptive import HybridAdaptive
 from components.numbers import neutral
+from components.numbers.ye2016 import EIGENVALUES
 from components.plants.flexible_spacecraft import FlexibleSpacecraft
 from cosim.results.result import Result
 from cosim.studies import papers, plots
 from cosim.studies.papers.claims import Claim
-from cosim.studies.papers.ye2016 import system, tracking
+from cosim.studies.papers.ye2016 import gains, system, tracking
 from cosim.system import Value
 from cosim.system.expand import wire
 from fmus.export.python.in_process import describe_in_process
@@ -26,6 +27,8 @@ NAMES = [
     "ye2016-nonadaptive-slow",
     "ye2016-adaptive-slow",
     "ye2016-adaptive-slow-printed",
+    "ye2016-nonadaptive-placed",
+    "ye2016-nonadaptive-slow-placed",
     "ye2016-perfect",
     "ye2016-servo",
     "ye2016-full-model",
@@ -108,8 +111,17 @@ def test_true_axes_known_are_the_clusters():
 def test_slow_poles_are_a_tenth():
     fast, slow = (papers.scenario(n)[0].parameters for n in (system.NONADAPTIVE, system.NONADAPTIVE_SLOW))
     for i in range(3):
-        roots = [np.roots([1, number(p["controller.k_2"])[i], number(p["controller.k_1"])[i]]) for p in (fast, slow)]
+        roots = [np.roots([1, *(number(p[f"controller.{k}"])[i, i] for k in ("k_2", "k_1"))]) for p in (fast, slow)]
         np.testing.assert_allclose(np.sort_complex(roots[1]), 0.1 * np.sort_complex(roots[0]), rtol=1e-12)
+
+
+@pytest.mark.parametrize("scale", [1.0, system.SLOW])
+def test_placed_gains_have_the_printed_eigenvalues(scale):
+    for K in (gains.placed(scale), gains.diagonal(scale)):
+        A = np.block([[np.zeros((3, 3)), np.eye(3)], [-K]])
+        found = np.sort_complex(np.linalg.eigvals(A))
+        np.testing.assert_allclose(found, np.sort_complex(scale * EIGENVALUES), rtol=1e-6)
+    assert np.abs(gains.placed(scale) - gains.diagonal(scale)).max() > 0.01 * scale
 
 
 # Claims, on runs made up

@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import simpson
 from ye2016_loop import CONNECTIONS, OFF, loop
 
+from components.numbers import ye2016 as numbers
 from cosim import simulate
 from cosim.errors import InitializationFailed, StepFailed
 from cosim.masters.explicit import Explicit
@@ -40,9 +41,9 @@ def largest(error, run, begin=0.0):
 
 def balance(run, alpha_F):
     """V(0) - V(T) and the integral of e^T Q e / 2, Q = 1; the true deviations and momentum are the system's."""
-    P_12 = 1 / (2 * system.K_1)
-    P_22 = (1 + 2 * P_12) / (2 * system.K_2)
-    P_11 = system.K_2 * P_12 + system.K_1 * P_22
+    P_12 = 1 / (2 * numbers.K_1)
+    P_22 = (1 + 2 * P_12) / (2 * numbers.K_2)
+    P_11 = numbers.K_2 * P_12 + numbers.K_1 * P_22
     e, e_dot = run["controller.e"], run["controller.e_dot"]
     gyros, wheels = system.unknown_axes()
     V = (P_11 * e**2 + 2 * P_12 * e * e_dot + P_22 * e_dot**2).sum(axis=1) / 2
@@ -188,7 +189,7 @@ class TestLimitsOfTheLoop:
 
     def test_a_light_weight_of_e_damps_it(self):
         """Q = diag(q_1, 1), q_1 << 1: damping k_2/2 instead of 0.015 1/s. It survives the delay, with larger errors."""
-        run = fly(system.PRINTED, {"controller.q_1": [1e-3] * 3}, master=Explicit(preset="jacobi"))
+        run = fly(system.PRINTED, {"controller.q_1": 1e-3 * np.eye(3)}, master=Explicit(preset="jacobi"))
         assert largest(euler_error, run) < 2e-3
 
 
@@ -206,7 +207,8 @@ def test_slope_1_towards_the_loop_as_one_ode():
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"controller.k_1": [0.08, -0.18, 0.12]}, r"controller .*k_1\[2\] = -0.18 1/s2: A_1 = .* is Hurwitz only if"),
+        ({"controller.k_1": np.diag([0.08, -0.18, 0.12])}, r"controller .*K = .*: A_1 = A_0 - B_0 K is not Hurwitz"),
+        ({"controller.q_2": np.diag([1.0, -1.0, 1.0])}, r"controller .*Q = .* is not positive definite"),
         ({"guidance.q_RN": [0.0] * 4}, r"guidance .*q_RN has norm 0 at the start, a unit quaternion"),
         ({"actuators.gimbal_axes_B": 2 * system.GIMBAL_AXES}, r"actuators .*axis 1 of gimbal_axes_B has length 2"),
         ({"actuators.spin_axes_B": np.full((3, 3), 3**-0.5)}, None),  # gyros span without the wheels

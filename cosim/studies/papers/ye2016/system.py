@@ -22,8 +22,6 @@ from components.numbers.ye2016 import (
     ALPHA_G,
     BETA_G,
     DELTA_G,
-    K_1,
-    K_2,
     RATE_AMPLITUDE,
     RATE_PERIOD,
     J,
@@ -32,12 +30,15 @@ from components.numbers.ye2016 import (
 from cosim.arrays import FloatArray
 from cosim.masters.explicit import Explicit
 from cosim.studies.papers.flight import Flight
+from cosim.studies.papers.ye2016 import gains
 from cosim.system import Connection, Experiment, System, Value
 
 NONADAPTIVE, ADAPTIVE, PRINTED = "ye2016-nonadaptive", "ye2016-adaptive", "ye2016-adaptive-printed"
 NONADAPTIVE_SLOW, ADAPTIVE_SLOW = "ye2016-nonadaptive-slow", "ye2016-adaptive-slow"
 SLOW_PRINTED = "ye2016-adaptive-slow-printed"
+PLACED, SLOW_PLACED = "ye2016-nonadaptive-placed", "ye2016-nonadaptive-slow-placed"
 PERFECT = "ye2016-perfect"
+INERTIA, INERTIA_PRINTED = "ye2016-adaptive-inertia", "ye2016-adaptive-inertia-printed"
 SERVO, FULL_MODEL = "ye2016-servo", "ye2016-full-model"
 
 ROTOR_MOMENTUM = [numbers.ROTOR_MOMENTUM] * 4  # N m s
@@ -73,9 +74,11 @@ WHEEL_DEVIATION = np.array(
 ALPHA_F_PRINTED = 1e7  # kg2 m4/s
 ALPHA_F_SLOW = 1e2  # kg2 m4/s, chosen for the slow poles: P of these is larger, and with it the gain of (25)
 
+MISMATCH = 1.1  # the law's J over the true one
 SERVO_LAG = 0.01  # s, of the gimbals of the full model
 STOP_TIME = 800.0  # s
 STEP = 0.01  # s
+SLOW = 0.1  # the slow poles as a part of the printed ones
 SLOW_STEP = 1e-3  # s: the estimates at the end of adaptive-slow, which runs along its projection, need it
 
 
@@ -96,22 +99,42 @@ def adaptive_printed() -> Flight:
 
 def nonadaptive_slow() -> Flight:
     """No adaptation, poles a tenth of the printed ones, figures 2-3."""
-    return _flight(NONADAPTIVE_SLOW, alpha_F=0.0, alpha_G=0.0, poles=0.1)
+    return _flight(NONADAPTIVE_SLOW, alpha_F=0.0, alpha_G=0.0, K=gains.diagonal(SLOW), step=SLOW_STEP)
 
 
 def adaptive_slow() -> Flight:
     """Adaptation (alpha_F 1e2), poles a tenth of the printed ones, figures 4-11."""
-    return _flight(ADAPTIVE_SLOW, alpha_F=ALPHA_F_SLOW, poles=0.1)
+    return _flight(ADAPTIVE_SLOW, alpha_F=ALPHA_F_SLOW, K=gains.diagonal(SLOW), step=SLOW_STEP)
 
 
 def adaptive_slow_printed() -> Flight:
     """Adaptation with the printed alpha_F = 1e7, poles a tenth of the printed ones, figures 4-11."""
-    return _flight(SLOW_PRINTED, alpha_F=ALPHA_F_PRINTED, poles=0.1)
+    return _flight(SLOW_PRINTED, alpha_F=ALPHA_F_PRINTED, K=gains.diagonal(SLOW), step=SLOW_STEP)
+
+
+def nonadaptive_placed() -> Flight:
+    """No adaptation, poles as printed, K with coupled axes (scipy's place_poles)."""
+    return _flight(PLACED, alpha_F=0.0, alpha_G=0.0, K=gains.placed())
+
+
+def nonadaptive_slow_placed() -> Flight:
+    """No adaptation, poles a tenth of the printed ones, K with coupled axes (scipy's place_poles)."""
+    return _flight(SLOW_PLACED, alpha_F=0.0, alpha_G=0.0, K=gains.placed(SLOW))
 
 
 def perfect() -> Flight:
     """No adaptation, but the true axes and the true momentum are known from the start."""
     return _flight(PERFECT, alpha_F=0.0, alpha_G=0.0, known=True)
+
+
+def adaptive_inertia() -> Flight:
+    """As ye2016-adaptive with 1.1 times the true inertia in the law, which the abstract says it estimates."""
+    return _flight(INERTIA, alpha_F=ALPHA_F, mismatch=MISMATCH)
+
+
+def adaptive_inertia_printed() -> Flight:
+    """As ye2016-adaptive-printed with 1.1 times the true inertia in the law."""
+    return _flight(INERTIA_PRINTED, alpha_F=ALPHA_F_PRINTED, mismatch=MISMATCH)
 
 
 def servo() -> Flight:
@@ -154,8 +177,16 @@ def unknown_axes() -> tuple[FloatArray, FloatArray]:
     return np.hstack([TRANSVERSE_DEVIATION.T, ROTOR_DEVIATION.T]), WHEEL_DEVIATION.T
 
 
-def _flight(name: str, alpha_F: float, alpha_G: float = ALPHA_G, poles: float = 1.0, known: bool = False) -> Flight:
-    step = STEP if poles == 1.0 else SLOW_STEP
+def _flight(
+    name: str,
+    *,
+    alpha_F: float,
+    alpha_G: float = ALPHA_G,
+    K: FloatArray | None = None,
+    known: bool = False,
+    mismatch: float = 1.0,
+    step: float = STEP,
+) -> Flight:
     of_gyros, of_wheels = unknown_axes()
     system = System(
         name=name,
@@ -200,10 +231,11 @@ def _flight(name: str, alpha_F: float, alpha_G: float = ALPHA_G, poles: float = 
             "guidance.frequency": Value(2 * np.pi / RATE_PERIOD, "rad/s"),
             "guidance.phase": Value([0.0, 0.0, 0.0], "rad"),
             "guidance.bias": Value([0.0, 0.0, 0.0], "rad/s"),
-            **_gains(alpha_F, alpha_G, poles),
+            **_law(alpha_F, alpha_G, gains.diagonal() if K is None else K),
             "controller.Theta_F": Value(unknown_momentum() if known else np.zeros(3), "N.m.s"),
             "controller.Theta_c": of_gyros if known else np.zeros((4, 6)),
             "controller.Theta_w": of_wheels if known else np.zeros((3, 3)),
+            **({} if mismatch == 1.0 else {"controller.J": Value(mismatch * np.array(J), "kg.m2")}),
             # Between two communication points every rate is constant or slow: one internal step is exact enough.
             "*.solver.step": Value(step, "s"),
         },
@@ -215,12 +247,13 @@ def _flight(name: str, alpha_F: float, alpha_G: float = ALPHA_G, poles: float = 
     return system, experiment
 
 
-def _gains(alpha_F: float, alpha_G: float, poles: float) -> dict[str, Any]:
+def _law(alpha_F: float, alpha_G: float, K: FloatArray) -> dict[str, Any]:
     return {
-        "controller.k_1": Value(poles**2 * K_1, "1/s2"),
-        "controller.k_2": Value(poles * K_2, "1/s"),
-        "controller.q_1": Value([1.0] * 3, "1/s2"),
-        "controller.q_2": [1.0] * 3,
+        "controller.k_1": Value(K[:, :3], "1/s2"),
+        "controller.k_2": Value(K[:, 3:], "1/s"),
+        "controller.q_1": Value(np.eye(3), "1/s2"),
+        "controller.q_12": Value(np.zeros((3, 3)), "1/s"),
+        "controller.q_2": np.eye(3),
         "controller.alpha_F": Value(alpha_F, "kg2.m4/s"),
         "controller.alpha_G": Value(alpha_G, "s"),
         "controller.b": BETA_G,
