@@ -10,12 +10,12 @@ from components.actuators.cmg_cluster import CmgCluster
 from components.catalog import CATALOG
 from components.controllers.hybrid_adaptive import HybridAdaptive
 from components.numbers import neutral
-from components.numbers.ye2016 import EIGENVALUES
+from components.numbers.ye2016 import EIGENVALUES, K_1, K_2
 from components.plants.flexible_spacecraft import FlexibleSpacecraft
 from cosim.results.result import Result
 from cosim.studies import papers, plots
 from cosim.studies.papers.claims import Claim
-from cosim.studies.papers.ye2016 import gains, system, tracking
+from cosim.studies.papers.ye2016 import gains, system, theory, tracking
 from cosim.system import Value
 from cosim.system.expand import wire
 from fmus.export.python.in_process import describe_in_process
@@ -30,6 +30,8 @@ NAMES = [
     "ye2016-nonadaptive-placed",
     "ye2016-nonadaptive-slow-placed",
     "ye2016-perfect",
+    "ye2016-adaptive-inertia",
+    "ye2016-adaptive-inertia-printed",
     "ye2016-servo",
     "ye2016-full-model",
 ]
@@ -155,6 +157,9 @@ def synthetic(angle=0.1, rate=1e-3, squared=0.1, momentum=0.01, terms=1e-6) -> R
         plant__inertia_torque_B=small,
         plant__acceleration_torque_B=small,
         plant__gyroscopic_torque_B=small,
+        controller__e=1e-3 * ones,
+        controller__e_dot=1e-4 * ones,
+        controller__Theta_F=ones,
         controller__H_hat_N=ones * (2 - np.minimum(T / 90, 1) * (1 - momentum))[:, None],
         controller__Theta_c=gyros,
         controller__Theta_w=wheels,
@@ -167,8 +172,26 @@ def synthetic(angle=0.1, rate=1e-3, squared=0.1, momentum=0.01, terms=1e-6) -> R
     )
 
 
-OFF = (system.NONADAPTIVE, system.NONADAPTIVE_SLOW)
+OFF = (system.NONADAPTIVE, system.NONADAPTIVE_SLOW, system.PLACED, system.SLOW_PLACED)
 ON = (system.ADAPTIVE, system.PRINTED, system.SLOW_PRINTED, system.ADAPTIVE_SLOW)
+
+
+def falling(alpha_F, sign) -> Result:
+    """Theta_F that makes V fall, or grow, by the integral of |e|^2 / 2 of an error that dies out."""
+    e, size = np.zeros((len(T), 3)), 1e-4 * np.exp(-T / 100)
+    e_dot = np.outer(size, [0, 1, 0])
+    lost = (1e-8 * 100 / 4) * (1 - np.exp(-T / 50))
+    gyros, wheels = system.unknown_axes()
+    P_22 = (1 + 1 / K_1[1]) / (2 * K_2[1])
+    rest = 0.5 * 2e-6 - sign * lost - P_22 * size**2 / 2
+    Theta = np.outer(np.sqrt(2 * alpha_F * rest), [1, 0, 0]) + system.unknown_momentum()
+    return table(
+        controller__e=e,
+        controller__e_dot=e_dot,
+        controller__Theta_F=Theta,
+        controller__Theta_c=np.tile(gyros, (len(T), 1, 1)),
+        controller__Theta_w=np.tile(wheels, (len(T), 1, 1)),
+    )
 
 
 def runs(names, **values):
@@ -190,11 +213,19 @@ CASES = {
         runs(ON, momentum=0.05),
         runs(ON, momentum=0.6),
     ),
+    "V'": (
+        {name: falling(alpha_F, 1.0) for name, alpha_F in theory.FLIGHTS.items()},
+        {name: falling(alpha_F, -1.0) for name, alpha_F in theory.FLIGHTS.items()},
+    ),
+    "the law estimates": (
+        runs((system.PRINTED, system.INERTIA_PRINTED, system.ADAPTIVE, system.INERTIA)),
+        runs((system.PRINTED, system.ADAPTIVE)) | runs((system.INERTIA_PRINTED, system.INERTIA), angle=0.2),
+    ),
     "the gyros'": (
         {system.FULL_MODEL: synthetic(terms=2e-5)},
         {system.FULL_MODEL: synthetic(terms=5e-5)},
     ),
-    "the law": (
+    "the law keeps": (
         runs((system.ADAPTIVE, system.SERVO, system.FULL_MODEL)),
         runs((system.ADAPTIVE, system.SERVO)) | {system.FULL_MODEL: synthetic(angle=0.12, rate=1.2e-3)},
     ),
@@ -234,7 +265,7 @@ def test_momentum_is_judged_in_every_reading():
 
 
 def test_every_claim_has_a_case():
-    assert len(CASES) == len(papers.PAPERS["ye2016"].claims) == 7
+    assert len(CASES) == len(papers.PAPERS["ye2016"].claims) == 9
 
 
 def test_a_claim_without_its_runs_is_not_judged():
@@ -262,11 +293,12 @@ def test_figures_are_those_of_the_paper(tmp_path):
         "fig08-09_momentum_estimate",
         "fig10-11_squared_norms",
         "neglected_terms",
+        "storage_function",
         "wanted_torque",
     ]
     assert all(figure.legends for figure in drawn.values())
     texts = [text.get_text() for text in drawn["fig02_fig04_attitude_error"].legends[0].texts]
-    assert len(texts) == 8 and {"0.3 rad", "0.003 rad"} < set(texts)
+    assert len(texts) == 9 and {"0.3 rad", "0.003 rad"} < set(texts)
     missing = drawn["wanted_torque"].axes[3].lines[0].get_ydata()
     np.testing.assert_allclose(missing, 1e-2 * np.sqrt(3))
     assert all(file.is_file() for file in plots.save(drawn, tmp_path))

@@ -47,13 +47,32 @@ def test_degrees(runs):
 def test_verdicts(runs):
     """By reading, the parts that hold."""
     verdicts = {verdict.claim: verdict for verdict in judge(PAPERS["ye2016"].claims, runs)}
-    without, adapting, gains, bounded, momentum, *_ = verdicts.values()
+    without, adapting, gains, bounded, momentum, _, storage, inertia, _ = verdicts.values()
+    assert (storage.verdict, inertia.verdict) == ("reproduced", "not reproduced")
     held = [[p for p, good in v.holds.items() if good] for v in (without, adapting, gains, momentum)]
     slow, chosen = ("slow poles", "slow poles with alpha_F = 1e2")
-    assert (without.verdict, held[0]) == ("partly", [f"{slow}: attitude", "printed poles in degrees: attitude"])
+    assert (without.verdict, held[0]) == (
+        "partly",
+        [f"{slow}: attitude", f"{slow} with a placed K: attitude", "printed poles in degrees: attitude"],
+    )
     assert adapting.word == f"in one reading ({chosen})"
     assert held[1] == [f"{slow}: rate", f"{chosen}: attitude", f"{chosen}: rate"]
     assert gains.word == f"in 2 readings ({slow}, {chosen})" and len(held[2]) == 4
     assert bounded.verdict == "reproduced"
     assert momentum.word == "in one reading (printed poles with alpha_F = 1e5)"
     assert held[3][0] == "printed poles: quickly" and f"{chosen}: to the true value" in held[3]
+
+
+def test_placed_gains(runs):
+    """K with coupled axes: 2.40e-3 and .453 rad."""
+    found = [largest(euler_error, runs[name]) for name in (system.PLACED, system.SLOW_PLACED)]
+    assert_allclose(found[0], 2.40e-3, atol=5e-6)
+    assert_allclose(found[1], 0.453, atol=5e-4)
+
+
+def test_a_wrong_inertia(runs):
+    """J x 1.1: late errors 1.9e-4 -> 3.2e-4 rad, momentum error .097 -> .187; with 1e7 .215 -> .281."""
+    late = [largest(euler_error, runs[name], LATE) for name in (system.ADAPTIVE, system.INERTIA)]
+    assert_allclose(late, [1.9e-4, 3.2e-4], atol=5e-6)
+    names = (system.ADAPTIVE, system.INERTIA, system.PRINTED, system.INERTIA_PRINTED)
+    assert_allclose([momentum_error(runs[name])[-1] for name in names], [0.097, 0.187, 0.215, 0.281], atol=5e-4)

@@ -21,8 +21,10 @@ from cosim.studies.papers.ye2016.system import (
     NONADAPTIVE_SLOW,
     PERFECT,
     PRINTED,
+    SLOW_PRINTED,
     unknown_axes,
 )
+from cosim.studies.papers.ye2016.theory import FLIGHTS, draw_storage
 from cosim.studies.papers.ye2016.tracking import euler_error, rate_error, squared_norms
 
 AXES = ("roll", "pitch", "yaw")
@@ -33,6 +35,7 @@ SHORT = {
     PERFECT: "perfect knowledge",
     NONADAPTIVE_SLOW: "no adaptation, slow poles",
     ADAPTIVE_SLOW: r"adaptive, slow poles, $\alpha_F = 10^2$",
+    SLOW_PRINTED: r"adaptive, slow poles, $\alpha_F = 10^7$",
 }
 LOOKS: dict[str, dict[str, Any]] = {
     NONADAPTIVE: {"color": plots.COLOURS[1], "linestyle": plots.LINES[1]},
@@ -41,10 +44,11 @@ LOOKS: dict[str, dict[str, Any]] = {
     PERFECT: {"color": plots.COLOURS[6], "linestyle": plots.LINES[3]},
     NONADAPTIVE_SLOW: {"color": plots.COLOURS[4], "linestyle": plots.LINES[1]},
     ADAPTIVE_SLOW: {"color": plots.COLOURS[3], "linestyle": plots.LINES[0], "linewidth": 0.9, "zorder": 1.9},
+    SLOW_PRINTED: {"color": plots.COLOURS[5], "linestyle": plots.LINES[0], "linewidth": 0.5, "zorder": 1.5},
 }
 READINGS = {
     "poles as printed": (NONADAPTIVE, ADAPTIVE, PRINTED, PERFECT),
-    "poles $\\times$ 0.1": (NONADAPTIVE_SLOW, ADAPTIVE_SLOW),
+    "poles $\\times$ 0.1": (NONADAPTIVE_SLOW, ADAPTIVE_SLOW, SLOW_PRINTED),
 }
 CLAIMED = {"rad": {"0.3 rad": 0.3, "0.003 rad": 0.003}, "rad/s": {"1e-3 rad/s": 1e-3, "1e-4 rad/s": 1e-4}}
 
@@ -54,7 +58,7 @@ def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
     runs = {name: results[name] for name in SHORT if name in results and len(results[name]) > 1}
     if not runs:
         return {"neglected_terms": draw_terms(results[FULL_MODEL])} if FULL_MODEL in results else {}
-    adapting = {name: run for name, run in runs.items() if name in (ADAPTIVE, PRINTED, ADAPTIVE_SLOW)}
+    adapting = {name: run for name, run in runs.items() if name in (ADAPTIVE, PRINTED, ADAPTIVE_SLOW, SLOW_PRINTED)}
     with mpl.rc_context(plots.STYLE):
         drawn = {
             "fig02_fig04_attitude_error": _errors(
@@ -69,6 +73,9 @@ def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
         if adapting:
             drawn["fig08-09_momentum_estimate"] = _momentum(adapting)
             drawn["fig10-11_squared_norms"] = _norms(adapting)
+        known = {name: runs[name] for name in FLIGHTS if name in runs}
+        if known:
+            drawn["storage_function"] = draw_storage(known, SHORT)
         if FULL_MODEL in results:
             drawn["neglected_terms"] = draw_terms(results[FULL_MODEL])
     return drawn
@@ -104,21 +111,23 @@ def _errors(runs: Mapping[str, Result], error: Callable[[Result], FloatArray], t
 
 def _momentum(runs: Mapping[str, Result]) -> Figure:
     """Draw the estimated total momentum in inertial axes, and the true one as straight lines, as the paper does."""
-    figure, grid = plots.panels(3, 1, "Total momentum, inertial axes: estimate and truth (figures 8, 9)")
-    for i, (ax,) in enumerate(grid):
-        for name, run in runs.items():
-            ax.plot(run.time, run["controller.H_hat_N"][:, i], label=SHORT[name], **LOOKS[name])
-        first = next(iter(runs.values()))
-        ax.plot(first.time, first["plant.H_N"][:, i], color=plots.COLOURS[6], linewidth=1, label="true")
-        # An early excursion of an estimate may be far off: the axis shows what comes after.
-        late = np.concatenate(
-            [run["controller.H_hat_N"][run.time >= 100.0, i] for run in runs.values()] or [np.zeros(1)]
-        )
-        if late.size:
-            reach = 1.2 * np.max(np.abs(late - first["plant.H_N"][0, i])) + 0.2
-            ax.set_ylim(first["plant.H_N"][0, i] - reach, first["plant.H_N"][0, i] + reach)
-        ax.set_ylabel(plots.label(f"$H_{'xyz'[i]}$", "N.m.s"))
-    plots.legend(figure)
+    shown = _readings(runs)
+    figure, grid = plots.panels(3, len(shown), "Total momentum, inertial axes: estimate and truth (figures 8, 9)")
+    for column, (reading, own) in enumerate(shown.items()):
+        grid[0][column].set_title(reading)
+        for i, line in enumerate(grid):
+            ax = line[column]
+            for name, run in own.items():
+                ax.plot(run.time, run["controller.H_hat_N"][:, i], label=SHORT[name], **LOOKS[name])
+            first = next(iter(own.values()))
+            ax.plot(first.time, first["plant.H_N"][:, i], color=plots.COLOURS[6], linewidth=1, label="true")
+            # An early excursion of an estimate may be far off: the axis shows what comes after.
+            late = np.concatenate([run["controller.H_hat_N"][run.time >= 100.0, i] for run in own.values()])
+            if late.size:
+                reach = 1.2 * np.max(np.abs(late - first["plant.H_N"][0, i])) + 0.2
+                ax.set_ylim(first["plant.H_N"][0, i] - reach, first["plant.H_N"][0, i] + reach)
+            ax.set_ylabel(plots.label(f"$H_{'xyz'[i]}$", "N.m.s"))
+    plots.legend(figure, columns=3)
     return figure
 
 
@@ -128,7 +137,7 @@ def _norms(runs: Mapping[str, Result]) -> Figure:
     Of estimates that oscillate the largest of each 2 s is drawn.
     """
     figure, grid = plots.panels(2, len(runs), "Squared norms of the estimated deviations (figures 10, 11)", height=2.3)
-    figure.set_size_inches(10.0, figure.get_size_inches()[1])
+    figure.set_size_inches(12.0, figure.get_size_inches()[1])
     true = [np.sum(axes**2, axis=1) for axes in unknown_axes()]
     for row, what, size in zip(grid, ("cG", "wG"), true, strict=True):
         for ax, (name, run) in zip(row, runs.items(), strict=True):
