@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from cosim.arrays import FloatArray
 from cosim.results.result import Result
 from cosim.studies import plots
-from cosim.studies.papers.ye2016.full_model import draw_terms
 from cosim.studies.papers.ye2016.system import (
     ADAPTIVE,
     ADAPTIVE_SLOW,
@@ -24,7 +23,8 @@ from cosim.studies.papers.ye2016.system import (
     SLOW_PRINTED,
     unknown_axes,
 )
-from cosim.studies.papers.ye2016.theory import FLIGHTS, draw_storage
+from cosim.studies.papers.ye2016.theory import FLIGHTS
+from cosim.studies.papers.ye2016.theory_figures import draw_storage, draw_terms
 from cosim.studies.papers.ye2016.tracking import euler_error, rate_error, squared_norms
 
 AXES = ("roll", "pitch", "yaw")

@@ -8,13 +8,10 @@ neglects too.
 
 from collections.abc import Mapping
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
 
 from cosim.arrays import FloatArray
 from cosim.results.result import Result
-from cosim.studies import plots
 from cosim.studies.metrics import rotations
 from cosim.studies.papers.claims import Measured, window
 from cosim.studies.papers.ye2016.system import ADAPTIVE, FULL_MODEL, SERVO
@@ -59,16 +56,3 @@ def measure_effect(runs: Mapping[str, Result]) -> Measured:
         text += f"; {what} error {ours:.4g} instead of {theirs:.4g} {unit}"
         holds[what] = abs(ours / theirs - 1) <= 0.1
     return Measured(text, holds)
-
-
-def draw_terms(run: Result) -> Figure:
-    """Draw the size of the neglected terms over the run, each with the torque from outside."""
-    with mpl.rc_context(plots.STYLE):
-        figure, grid = plots.panels(len(TERMS), 1, "Terms that the paper's equation (4) neglects, on the full model")
-        for (ax,), rows, (_, symbol) in zip(grid, neglected(run).values(), TERMS.values(), strict=True):
-            ax.semilogy(run.time, np.where(rows > 0, rows, np.nan), label="term", color=plots.COLOURS[0], linewidth=1)
-            ax.axhline(OUTSIDE, color=plots.GREY, linestyle=plots.LINES[1], label="torque from outside, 1e-5 N m")
-            ax.set_ylim(bottom=1e-9)
-            ax.set_ylabel(plots.label(symbol, "N.m"))
-        plots.legend(figure)
-    return figure

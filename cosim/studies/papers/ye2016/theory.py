@@ -6,13 +6,10 @@ V' = -e^T Q e / 2,  Q = 1, while the projection does not act
 
 from collections.abc import Mapping
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
 
 from cosim.arrays import FloatArray
 from cosim.results.result import Result
-from cosim.studies import plots
 from cosim.studies.papers.claims import Measured
 from cosim.studies.papers.ye2016 import gains
 from cosim.studies.papers.ye2016.system import (
@@ -33,7 +30,7 @@ def storage(run: Result, alpha_F: float) -> FloatArray:
     from scipy.linalg import solve_continuous_lyapunov  # slow to import
 
     A_1 = np.block([[np.zeros((3, 3)), np.eye(3)], [-gains.diagonal()]])
-    P, e = solve_continuous_lyapunov(A_1.T, -np.eye(6)), _error(run)
+    P, e = solve_continuous_lyapunov(A_1.T, -np.eye(6)), error(run)
     gyros, wheels = unknown_axes()
     momentum = np.sum((run["controller.Theta_F"] - unknown_momentum()) ** 2, axis=1) / (2 * alpha_F)
     axes = [
@@ -43,14 +40,15 @@ def storage(run: Result, alpha_F: float) -> FloatArray:
     return np.einsum("ti,ij,tj->t", e, P, e) / 2 + momentum + axes[0] + axes[1]  # (23)
 
 
-def _error(run: Result) -> FloatArray:
+def error(run: Result) -> FloatArray:
+    """Return e of the paper, MRP and their rates, shape (n, 6)."""
     return np.hstack([run["controller.e"], run["controller.e_dot"]])
 
 
 def _dissipated(run: Result) -> float:
     from scipy.integrate import simpson
 
-    return float(simpson(np.sum(_error(run) ** 2, axis=1) / 2, x=run.time))
+    return float(simpson(np.sum(error(run) ** 2, axis=1) / 2, x=run.time))
 
 
 def measure_storage(runs: Mapping[str, Result]) -> Measured:
@@ -62,22 +60,3 @@ def measure_storage(runs: Mapping[str, Result]) -> Measured:
         holds |= {f"never grows, {short}": bool(np.diff(V).max() <= 0)}
         holds |= {f"by the integral, {short}": bool(abs((V[0] - V[-1]) / lost - 1) <= 0.01) if lost else False}
     return Measured("; ".join(texts), holds)
-
-
-def draw_storage(runs: Mapping[str, Result], names: Mapping[str, str]) -> Figure:
-    """Draw what V has lost since the start, and the integral of e^T Q e / 2, for the flights that there are."""
-    from scipy.integrate import cumulative_simpson
-
-    with mpl.rc_context(plots.STYLE):
-        figure, grid = plots.panels(
-            len(runs), 1, "V of equation (23): what it has lost, and the integral of its theorem"
-        )
-        for (ax,), (name, run) in zip(grid, runs.items(), strict=True):
-            V, rows = storage(run, FLIGHTS[name]), np.sum(_error(run) ** 2, axis=1) / 2
-            lost = cumulative_simpson(rows, x=run.time, initial=0)
-            ax.plot(run.time, V[0] - V, color=plots.COLOURS[0], label="$V(0) - V(t)$")
-            ax.plot(run.time, lost, color=plots.COLOURS[1], linestyle=plots.LINES[1], label=r"$\int e^T Q e / 2$")
-            ax.set_title(f"{names[name]}: $V(0)$ = {V[0]:.4g} 1/s")
-            ax.set_ylabel("loss (1/s)")
-        plots.legend(figure)
-    return figure
