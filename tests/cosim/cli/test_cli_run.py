@@ -209,7 +209,8 @@ def test_reproduce_ends_at_ctrl_c_with_what_there_is(adcs, folder, monkeypatch):
     @contextmanager
     def progress(title):
         def interrupt(t, stop):
-            raise KeyboardInterrupt
+            if t > 0:  # with one row alone there is no settling to measure
+                raise KeyboardInterrupt
 
         yield interrupt
 
