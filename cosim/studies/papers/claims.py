@@ -92,7 +92,7 @@ class Claim:
             criterion=self.criterion,
             depends=self.depends,
             beyond=self.beyond,
-            readings={name: dict(found.holds) for name, found in readings.items()},
+            readings={n: {part: bool(good) for part, good in found.holds.items()} for n, found in readings.items()},
         )
 
 
