@@ -13,12 +13,13 @@ from cosim.flights import Locate
 from cosim.studies import papers
 from cosim.studies.comparison.vehicles import Plant
 from cosim.studies.papers.geng2012 import gains
-from cosim.system import Connection
+from cosim.system import Connection, System
 from fmus.description.description import ModelDescription
 from fmus.description.names import split_port
 from fmus.description.read import read_description
 
 CONTROLLER_INPUTS = {"q_BN", "omega_BN_B", "q_RN"}
+REFERENCE = {"q_RN", "omega_RN_R", "omega_dot_RN_R"}
 RULES: Mapping[str, Callable[[Mapping[str, Any]], Mapping[str, Any]]] = {"geng2012": gains.design}
 
 
@@ -43,7 +44,8 @@ def find_controllers(locate: Locate) -> dict[str, Controller]:
             fmu = read_description(locate(reference)) if reference else None
             if fmu is None or "tau_command_B" not in fmu.base_names("output"):
                 continue
-            if not set(fmu.base_names("input")) >= CONTROLLER_INPUTS:
+            inputs = set(fmu.base_names("input"))
+            if not inputs >= CONTROLLER_INPUTS or inputs & _from_elsewhere(system):
                 continue
             mine = [n for n in ("controller", "observer") if n in system.components]
             new = Controller(
@@ -56,6 +58,12 @@ def find_controllers(locate: Locate) -> dict[str, Controller]:
             if not any(replace(other, name=name) == new for other in found.values()):
                 found[name] = new
     return found
+
+
+def _from_elsewhere(system: System) -> set[str]:
+    """Return what a controller takes from its paper's guidance beyond the standard reference, which no other gives."""
+    links = [(split_port(c.source)[0], *split_port(c.target)) for c in system.connections]
+    return {port for source, target, port in links if (source, target) == ("guidance", "controller")} - REFERENCE
 
 
 def fit(controller: Controller, plant: Plant, locate: Locate) -> Controller:

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from helpers import monolithic
 from numpy.testing import assert_allclose
+from published import as_in
 from zhang2018_loop import CONNECTIONS, loop
 
-from components.controllers.adaptive_tracking import AdaptiveTracking
-from components.controllers.prescribed_performance import PrescribedPerformance
 from cosim import simulate
 from cosim.errors import StepFailed
 from cosim.masters.explicit import Explicit
@@ -17,6 +16,9 @@ from cosim.studies.papers import PAPERS, scenario
 from cosim.studies.papers.claims import judge
 
 from . import zhang2018_reference as outside
+
+AdaptiveTracking = as_in("zhang2018-atc", "controller")
+PrescribedPerformance = as_in("zhang2018-ppatc", "controller")
 
 
 def fly(name: str, **changes):
