@@ -72,6 +72,8 @@ def test_a_controller_is_told_the_torque_that_its_cluster_has(plants):
 def test_a_controller_is_listed_once_for_each_of_its_parameter_sets(controllers):
     assert {"zhang2018-ppatc", "zhang2018-ppatc-half", "zhang2018-atc", "xiao2011-pid"} <= set(controllers)
     assert "xiao2011-pid-large" not in controllers  # the same gains from another start
+    assert "zhang2018-ppatc-rad" not in controllers  # its paper's experiment takes a finer step than the table's
+    assert "xiao2011-l2gain-tracking" not in controllers  # it takes a reference of its own kind
     assert not any(name.startswith(("ye2016", "li2014")) for name in controllers)  # command no torque on a body
 
 
