@@ -1,4 +1,4 @@
-"""The drag-free satellite: parameters that its plants and controller share beside J, and where it starts.
+"""The drag-free satellite: parameters that its plants and controller share beside J, where it starts, its networks.
 
     h of a network, an axis: Gaussian nodes in (x1/s1, x2/s2)                                     (11)
 
@@ -15,17 +15,22 @@ from .framework import Component, Condition, Parameter, positive
 from .mathematics.rbf import gaussian
 from .numbers import neutral
 
-m_sc = Parameter(unit="kg", start=neutral.M_SC, shared=True, doc="mass of the satellite without the test mass")
-m_tm = Parameter(unit="kg", start=neutral.M_TM, shared=True, doc="mass of the test mass")
-I_tm = Parameter(unit="kg.m2", start=neutral.I_TM, shared=True, doc="inertia of the test mass, a cube, about any axis")
-K = Parameter(unit="N/m", shared=True, doc="stiffness between test mass and satellite; negative: it pushes away")
-D = Parameter(unit="N.s/m", shared=True, doc="damping between test mass and satellite")
-K_r = Parameter(unit="N.m/rad", shared=True, doc="rotational stiffness between test mass and satellite")
-D_r = Parameter(unit="N.m.s/rad", shared=True, doc="rotational damping between test mass and satellite")
 printed_signs = Parameter(unit="1", doc="1: a, b of loop 3 are +K_r/I_tm, +D_r/I_tm as printed, 0: those of (5)")
 
 START_R_N = np.array([neutral.ORBIT_RADIUS, 0.0, 0.0])  # m
 START_V_N = np.array([0.0, neutral.ORBIT_SPEED, 0.0])  # m/s
+
+
+class FreeMass:
+    """Satellite and test mass with what acts between them, as plants and controller know them, beside J."""
+
+    m_sc = Parameter(unit="kg", start=neutral.M_SC, shared=True, doc="mass of the satellite without the test mass")
+    m_tm = Parameter(unit="kg", start=neutral.M_TM, shared=True, doc="mass of the test mass")
+    I_tm = Parameter(unit="kg.m2", start=neutral.I_TM, shared=True, doc="inertia of the test mass, any axis")
+    K = Parameter(unit="N/m", shared=True, doc="stiffness between test mass and satellite; negative: it pushes away")
+    D = Parameter(unit="N.s/m", shared=True, doc="damping between test mass and satellite")
+    K_r = Parameter(unit="N.m/rad", shared=True, doc="rotational stiffness between test mass and satellite")
+    D_r = Parameter(unit="N.m.s/rad", shared=True, doc="rotational damping between test mass and satellite")
 
 
 def grid(component: Any) -> np.ndarray:

@@ -30,6 +30,7 @@ from cosim.slaves.slave import Slave
 from cosim.system.expand import rewire, wire
 from cosim.system.overrides import with_parameters
 from cosim.system.reference import Reference, is_fmu, name_of, reference_of
+from cosim.system.shared import disagreements
 from cosim.system.swap import SwapReport
 from cosim.system.system import Experiment, System
 from cosim.system.wiring import Wiring
@@ -188,6 +189,8 @@ class Prepared:
             story.refuse_existing(folder)
         experiment = experiment if record is None else replace(experiment, record=record)
         plan = self._plan(experiment, parameters, tuple(experiment.record))
+        for line in plan.info["warnings"]:
+            _warn(line)
         if folder is not None:
             schedule = plan.course.schedule
             formats.check_room(format, plan.course.layout.columns, schedule.steps // schedule.every + 2)
@@ -246,6 +249,8 @@ class Prepared:
             return self._planned(wiring, schedule, master, experiment, record)
         timed = replace(plan.wiring, settings=wiring.settings)
         info = {**plan.info, "parameters": runinfo.values(timed, timed.settings)}
+        if info["warnings"]:  # these parameters may settle what the system leaves open
+            info["warnings"] = disagreements(timed)
         return replace(plan, wiring=timed, initialization=plan.initialization.with_settings(timed), info=info)
 
     def _planned(
@@ -254,8 +259,6 @@ class Prepared:
         timed = master.timed(wiring)
         course = master.course(timed, schedule, record, experiment.stop_when)
         info = runinfo.setup(self.system, experiment, timed, course, master, self._paths, self._swaps)
-        for line in info["warnings"]:
-            _warn(line)
         return _Plan(timed, course, Initialization.of(timed, course.layout), Effective(timed), info)
 
     def _result(

@@ -34,19 +34,14 @@ from ..framework import (
 from ..mathematics.axes import axis_conditions, pseudo_inverse
 from ..mathematics.limits import saturated, stopped
 from ..numbers import neutral
+from ..vehicle import MomentumStorage
 
 
 class ReactionWheels(Component):
     ports = ActuatorCluster
     wheels: int = 3  # structural: number of wheels
 
-    spin_axes_B = Parameter(
-        unit="1",
-        shape=(3, "wheels"),
-        start=lambda c: neutral.wheel_axes(c.wheels),
-        shared=True,
-        doc="spin axes, a column a wheel",
-    )
+    spin_axes_B = MomentumStorage.spin_axes_B
     torque_limit = Parameter(
         unit="N.m",
         shape=("wheels",),

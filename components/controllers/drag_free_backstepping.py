@@ -45,17 +45,10 @@ from ..vehicle import DEGREE, inertia_conditions, quaternion_condition
 
 class DragFreeBackstepping(Component):
     role = "controller"
-    ports = drag_free.Networks
+    ports = (drag_free.FreeMass, drag_free.Networks)
     nodes: int = 25  # structural: nodes of each network
 
     J = vehicle.J
-    m_sc = drag_free.m_sc
-    m_tm = drag_free.m_tm
-    I_tm = drag_free.I_tm
-    K = drag_free.K
-    D = drag_free.D
-    K_r = drag_free.K_r
-    D_r = drag_free.D_r
     printed_signs = drag_free.printed_signs
     stiffness = Parameter(unit="1/s2", shape=(3,), start=0.01, doc="lambda of the loops r_rel, satellite, test mass")
     k_1 = Parameter(unit="1/s", shape=(3,), start=0.1, doc="k1 of the three loops")

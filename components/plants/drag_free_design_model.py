@@ -32,17 +32,10 @@ from ..vehicle import DEGREE, inertia_conditions
 
 class DragFreeDesignModel(Component):
     role = "plant"
-    ports = drag_free.Networks
+    ports = (drag_free.FreeMass, drag_free.Networks)
     nodes: int = 25  # structural: nodes of each network
 
     J = vehicle.J
-    m_sc = drag_free.m_sc
-    m_tm = drag_free.m_tm
-    I_tm = drag_free.I_tm
-    K = drag_free.K
-    D = drag_free.D
-    K_r = drag_free.K_r
-    D_r = drag_free.D_r
     printed_signs = drag_free.printed_signs
     W_1 = Parameter(unit="m/s2", shape=(3, "nodes"), nominal=1e-4, doc="weights of f1, a row an axis")
     W_2 = Parameter(unit="rad/s2", shape=(3, "nodes"), nominal=1e-4, doc="weights of f2")

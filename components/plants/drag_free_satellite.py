@@ -48,14 +48,9 @@ from ..vehicle import inertia_conditions, quaternion_condition
 
 class DragFreeSatellite(Component):
     role = "plant"
+    ports = drag_free.FreeMass
+
     J = vehicle.J
-    m_sc = drag_free.m_sc
-    m_tm = drag_free.m_tm
-    I_tm = drag_free.I_tm
-    K = drag_free.K
-    D = drag_free.D
-    K_r = drag_free.K_r
-    D_r = drag_free.D_r
     r_h = Parameter(unit="m", shape=(3,), doc="centre of the cage, S axes")
     cage_gap = Parameter(
         unit="m", start=neutral.GAP, display_unit="mm", doc="way of the test mass to its cage, each axis"

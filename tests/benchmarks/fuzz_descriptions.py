@@ -5,10 +5,8 @@ python tests/benchmarks/fuzz_descriptions.py [COUNT [FIRST SEED]]
 
 import random
 import re
-import sys
 import tempfile
 import zipfile
-from collections import Counter
 from pathlib import Path
 
 from cosim.errors import SimulationError
@@ -133,19 +131,7 @@ def attempt(seed: int, folder: Path) -> str:
     return "read"
 
 
-def main() -> None:
-    count, first = (*map(int, sys.argv[1:3]), *(2000, 0)[len(sys.argv) - 1 :])
-    outcomes: Counter[str] = Counter()
-    with tempfile.TemporaryDirectory() as folder:
-        for seed in range(first, first + count):
-            try:
-                outcomes[attempt(seed, Path(folder))] += 1
-            except Exception as error:
-                outcomes["BROKEN"] += 1
-                print(f"seed {seed}: {type(error).__name__}: {str(error)[:200]}")
-    print(dict(outcomes))
-    sys.exit(outcomes["BROKEN"] > 0)
-
-
 if __name__ == "__main__":
-    main()
+    from fuzz import run
+
+    run(attempt, 2000)

@@ -4,9 +4,6 @@ python tests/benchmarks/fuzz_values.py [COUNT [FIRST SEED]]
 """
 
 import random
-import sys
-import tempfile
-from collections import Counter
 from pathlib import Path
 
 from cosim.cli import overrides
@@ -115,19 +112,7 @@ def attempt(seed: int, folder: Path) -> str:
     return "taken"
 
 
-def main() -> None:
-    count, first = (*map(int, sys.argv[1:3]), *(5000, 0)[len(sys.argv) - 1 :])
-    outcomes: Counter[str] = Counter()
-    with tempfile.TemporaryDirectory() as folder:
-        for seed in range(first, first + count):
-            try:
-                outcomes[attempt(seed, Path(folder))] += 1
-            except Exception as error:
-                outcomes["BROKEN"] += 1
-                print(f"seed {seed}: {type(error).__name__}: {str(error)[:200]}")
-    print(dict(outcomes))
-    sys.exit(outcomes["BROKEN"] > 0)
-
-
 if __name__ == "__main__":
-    main()
+    from fuzz import run
+
+    run(attempt, 5000)

@@ -2,6 +2,7 @@
 
 import pytest
 
+from cosim import Experiment, System, prepare
 from cosim.system.shared import disagreements
 
 from ..fakes import Fake, describe
@@ -48,3 +49,17 @@ def test_an_fmu_that_marks_nothing_is_meant_where_another_marks_the_parameter():
 )
 def test_nothing_is_told(parts, options):
     assert found(*parts, **options) == []
+
+
+def test_a_flight_whose_parameters_settle_it_is_not_told(caplog, monkeypatch):
+    """And one that leaves it open is, in run.json and once on the terminal."""
+    monkeypatch.setattr("cosim.flights._told", set())
+    parts = {"plant": Part("plant", [1.0]), "law": Part("law", [2.0])}
+    system = System(name="two", components=dict.fromkeys(parts, ""))
+    experiment = Experiment(stop_time=0.2, communication_step_size=0.1)
+    with prepare(system, slaves=parts) as prepared:
+        settled = prepared.fly(experiment, parameters={"plant.J": [3.0], "law.J": [3.0]})
+        assert settled.info["warnings"] == [] and "nothing sets" not in caplog.text
+        for _ in range(2):
+            (line,) = prepared.fly(experiment).info["warnings"]
+        assert caplog.messages.count(line) == 1 and line.startswith("nothing sets J")
