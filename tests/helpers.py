@@ -89,7 +89,7 @@ class Point:
     def advance(self, h: float, steps: int = 1):
         """The states after 1, 2, ... internal steps of h with the inputs held, a column a step."""
         x, k = ca.MX.sym("x", len(self.x)), ca.MX.sym("k")
-        after = self.functions.advance(self.t, x, self.u, 0 * self.u, 0 * self.u, self.p, self.c, k * h, h)
+        after = self.functions.advance(self.t, x, self.u, 0 * self.u, 0 * self.u, 0 * self.u, self.p, self.c, k * h, h)
         return ca.Function("step", [x, k], [after]).mapaccum(steps)(self.x, np.arange(steps)[None]).full()
 
     def violated(self) -> list[str]:

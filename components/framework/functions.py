@@ -22,9 +22,10 @@ class Functions:
     """The CasADi functions of one component, each built when it is first asked for.
 
     rates       (t, x, u, p, c) -> dx                       absent without continuous states
-    advance     (t, x, u, u1, u2, p, c, s, h) -> x_next     one internal step, see integrator.py
+    advance     (t, x, u, u1, u2, u3, p, c, s, h) -> x_next     one internal step, see integrator.py
     update      (t, x, u, p, c) -> x_next                   sampled components
     outputs     (t, x, u, p, c, m) -> y
+    slopes      (t, x, u, p, c, m, su) -> dx, dy            rates, and of the outputs where the inputs have rates su
     means       (t, x, p, c) -> q                           quantities whose rate the step means average
     mean_rates  (t, x, u, p, c) -> m                        their time derivatives
     calculate   (p) -> c
@@ -123,6 +124,18 @@ class Functions:
         values = dict(part.outputs(*self._named))
         values |= unflatten(self._means, self._m)
         return self._function("outputs", "t x u p c m", {"y": self._flatten("outputs", part.outputs_declared, values)})
+
+    @cached_property
+    def slopes(self) -> ca.Function:
+        """(t, x, u, p, c, m, su) -> dx, and dy = dy/dt + dy/dx dx + dy/du su, step means held."""
+        point = (self._t, self._x, self._u, self._p, self._c)
+        dx = self.rates(*point) if self._component.states else ca.SX(0, 1)
+        su = self._seeds["su"]
+        y = self.outputs(*point, self._m)
+        along, tangent = ca.vertcat(self._t, self._x, self._u), ca.vertcat(ca.SX(1), dx, su)
+        dy = ca.densify(ca.jtimes(y, along, tangent))
+        names = ["t", "x", "u", "p", "c", "m", "su"]
+        return ca.Function("slopes", [*point, self._m, su], [dx, dy], names, ["dx", "dy"], {"cse": True})
 
     @cached_property
     def means(self) -> ca.Function:

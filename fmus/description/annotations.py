@@ -1,12 +1,13 @@
 """What our FMUs tell our master beyond FMI 2.0: VendorAnnotations, parameters and words with a meaning of their own.
 
-    <VendorAnnotations><Tool name="adcs-cosim"><Slave refresh="true" sampled="false" role="actuators">
+    <VendorAnnotations><Tool name="adcs-cosim"><Slave refresh="true" sampled="false" role="actuators"
+            inputDerivatives="3">
         <StepMean variable="tau_B[1]" of="h_B[1]"/><Shared variable="spin_axes_B[1,1]"/>
 
 refresh: outputs may be read again after a set, without a step. sampled: the FMU has samples instead of a continuous
-state. role: what it is in a loop, as in "plant" or "controller". StepMean: an output that is a mean over the last
-communication step; `of`: the output whose rate, up to its sign, is meant. Shared: a parameter of the whole vehicle,
-which has one value wherever it is known.
+state. inputDerivatives: up to which order fmi2SetRealInputDerivatives takes them. role: what it is in a loop, as in
+"plant" or "controller". StepMean: an output that is a mean over the last communication step; `of`: the output whose
+rate, up to its sign, is meant. Shared: a parameter of the whole vehicle, which has one value wherever it is known.
 
 Any other FMU lacks them. Read and written here only; the element classes are those of the caller.
 """
@@ -35,6 +36,7 @@ class Annotations:
 
     refresh: bool = False
     sampled: bool = False
+    input_derivatives: int = 0
     role: str = ""
     step_means: Mapping[str, str] = field(default_factory=dict)
     shared: tuple[str, ...] = ()
@@ -48,10 +50,15 @@ def read_annotations(root: Any) -> Annotations:
     return Annotations(
         refresh=slave.get("refresh") == "true",
         sampled=slave.get("sampled") == "true",
+        input_derivatives=_whole(slave.get("inputDerivatives", "")),
         role=slave.get("role", ""),
         step_means={e.get("variable", ""): e.get("of", "") for e in slave.findall("StepMean")},
         shared=tuple(e.get("variable", "") for e in slave.findall("Shared")),
     )
+
+
+def _whole(text: str) -> int:
+    return int(text) if text.isdecimal() else 0
 
 
 def write_annotations(root: Any, marked: Annotations) -> None:
@@ -59,6 +66,8 @@ def write_annotations(root: Any, marked: Annotations) -> None:
     if marked == Annotations():
         return
     marks = {"refresh": str(marked.refresh).lower(), "sampled": str(marked.sampled).lower()}
+    if marked.input_derivatives:
+        marks["inputDerivatives"] = str(marked.input_derivatives)
     if marked.role:
         marks["role"] = marked.role
     parent = root

@@ -61,7 +61,8 @@ class DefaultExperiment:
 class ModelDescription:
     """All that is said of an FMU, as data: read.py reads it, write.py writes it.
 
-    dependencies (outputs), derivatives (rates of states), initial_unknowns: variable -> names it depends on, None: not
+    max_input_derivative_order: up to which order fmi2SetRealInputDerivatives takes them; FMI 2.0 says only whether it
+    takes any, which is 1. dependencies (outputs), derivatives (rates of states), initial_unknowns: variable -> names it depends on, None: not
     said. refresh, sampled, step_means, role, shared: see annotations.py.
     """
 
@@ -75,6 +76,7 @@ class ModelDescription:
     default_experiment: DefaultExperiment = DefaultExperiment()
     can_handle_variable_step: bool = True
     can_interpolate_inputs: bool = False
+    max_input_derivative_order: int = 0
     max_output_derivative_order: int = 0
     can_get_and_set_state: bool = False
     can_serialize_state: bool = False

@@ -245,7 +245,7 @@ def worst_after_holding(step: float, **values) -> float:
     def advance(point, t, x, u):
         zero = ca.DM.zeros(u.shape)
         for k in range(2):
-            x = point.functions.advance(t, x, u, zero, zero, point.p, point.c, k * step / 2, step / 2)
+            x = point.functions.advance(t, x, u, zero, zero, zero, point.p, point.c, k * step / 2, step / 2)
         return x
 
     n, t = len(plant.x), ca.MX.sym("t")

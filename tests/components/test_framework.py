@@ -347,7 +347,7 @@ def test_projection_follows_each_internal_step():
 
 
 def test_input_derivatives_enter_the_internal_step():
-    """x' = u(t) with u = u0 + u1 s + u2 s^2 / 2 is a cubic: RK4 is exact."""
+    """x' = u(t) with u = u0 + u1 s + u2 s^2 / 2 + u3 s^3 / 6 is a quartic: RK4 is exact."""
 
     class Integrator(Component):
         u = Input(unit="1/s", doc="input")
@@ -357,8 +357,8 @@ def test_input_derivatives_enter_the_internal_step():
             return {"x": u.u}
 
     f, p = Integrator().functions, [1e-3]
-    x = f.advance(0, 0, 2.0, 3.0, 4.0, p, [], 0.5, 0.2)  # from s = 0.5 to 0.7
-    exact = [2 * s + 3 * s**2 / 2 + 4 * s**3 / 6 for s in (0.5, 0.7)]
+    x = f.advance(0, 0, 2.0, 3.0, 4.0, 5.0, p, [], 0.5, 0.2)  # from s = 0.5 to 0.7
+    exact = [2 * s + 3 * s**2 / 2 + 4 * s**3 / 6 + 5 * s**4 / 24 for s in (0.5, 0.7)]
     assert_allclose(float(x), exact[1] - exact[0], rtol=1e-14)
 
 

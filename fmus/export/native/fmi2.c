@@ -65,7 +65,7 @@ typedef enum { INSTANTIATED = 1, INITIALIZATION = 2, STEPPING = 4, TERMINATED = 
 typedef struct { /* everything that an FMU state holds: plain data, no pointers */
     double t, t0, stop;
     double v[NV + 1], m[NM + 1];
-    double u1[NU + 1], u2[NU + 1]; /* input derivatives */
+    double u1[NU + 1], u2[NU + 1], u3[NU + 1]; /* input derivatives of order 1, 2, 3 */
     double x_next[NX + 1];         /* sampled: states after the sample that the outputs show */
     int64_t sample;                /* sampled: index of the next sample */
     int32_t mode, stop_defined;
@@ -92,7 +92,7 @@ typedef struct { /* an FMU state as a host keeps it, in memory or as bytes; its 
 } Saved;
 
 static const char MAGIC[8] = {'a', 'd', 'c', 's', 'f', 'm', 'u', '2'};
-enum { SAVED_VERSION = 2 };
+enum { SAVED_VERSION = 3 };
 
 /* ---- messages --------------------------------------------------------------------------------------------------- */
 
@@ -185,11 +185,19 @@ static fmi2Status no_such_variable(const Instance *it, const char *function, fmi
 #define Y(v) ((v) + Y0)
 #define D(v) ((v) + D0)
 
-/* u(since) = u + since (u1 + since u2 / 2) */
+/* u(since) = u + since (u1 + since (u2 + since u3 / 3) / 2) */
 static void inputs_at(const State *s, double since, double *u)
 {
     int i;
-    for (i = 0; i < NU; i++) u[i] = U(s->v)[i] + since * (s->u1[i] + 0.5 * since * s->u2[i]);
+    for (i = 0; i < NU; i++)
+        u[i] = U(s->v)[i] + since * (s->u1[i] + 0.5 * since * (s->u2[i] + since * s->u3[i] / 3));
+}
+
+static void forget_input_derivatives(State *s)
+{
+    memset(s->u1, 0, sizeof s->u1);
+    memset(s->u2, 0, sizeof s->u2);
+    memset(s->u3, 0, sizeof s->u3);
 }
 
 /* Bring up to date what follows from parameters and, in initialization mode, from initial values. */
@@ -249,6 +257,19 @@ static void rate(State *s)
 #ifdef rates_SZ_ARG
     CALL(rates, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v)), OUT(D(s->v)));
 #endif
+}
+
+/* Put the rates of states and outputs into a vector like v: y' = dy/dt + dy/dx x' + dy/du u', step means held. */
+static void slope(State *s, double *r)
+{
+    settle(s);
+#ifdef slopes_SZ_ARG
+    CALL(slopes, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), s->m, s->u1), OUT(D(s->v), Y(r)));
+    s->d_old = 0;
+#else
+    rate(s);
+#endif
+    memcpy(X(r), D(s->v), ND * sizeof r[0]);
 }
 
 /* Directional derivative of c, x, y and d along a seed of time and of p, u and x; both are laid out like v, the result is
@@ -578,27 +599,23 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
     NEED(function, order, n);
     NEED(function, value, n);
     for (i = 0; i < n; i++) {
-        if (!within(vr[i], U0, NU) || order[i] < 1 || order[i] > 2)
-            return fail(it, "%s: variable %s, order %d: inputs, order 1 or 2 only.", function, name_of(vr[i]),
+        if (!within(vr[i], U0, NU) || order[i] < 1 || order[i] > 3)
+            return fail(it, "%s: variable %s, order %d: inputs, order 1 to 3 only.", function, name_of(vr[i]),
                         order[i]);
         if (!isfinite(value[i]))
             return fail(it, "%s: variable %s = %g is not finite.", function, name_of(vr[i]), value[i]);
     }
-    if (!s->inputs_move) {
-        memset(s->u1, 0, sizeof s->u1);
-        memset(s->u2, 0, sizeof s->u2);
-    }
+    if (!s->inputs_move) forget_input_derivatives(s);
     s->inputs_move = 1;
-    for (i = 0; i < n; i++) (order[i] == 1 ? s->u1 : s->u2)[vr[i] - U0] = value[i];
+    for (i = 0; i < n; i++) (order[i] == 1 ? s->u1 : order[i] == 2 ? s->u2 : s->u3)[vr[i] - U0] = value[i];
     return fmi2OK;
 }
 
-/* y' = dy/dt + dy/dx x' + dy/du u', step means held */
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
                                         const fmi2Integer order[], fmi2Real value[])
 {
     static const char function[] = "fmi2GetRealOutputDerivatives";
-    double seed[NV + 1] = {0}, result[NV + 1] = {0};
+    double rates_of[NV + 1] = {0};
     size_t i;
     ENTER(function, STEPPING | TERMINATED);
     NEED(function, vr, n);
@@ -609,11 +626,8 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
             return fail(it, "%s: variable %s, order %d: %s.", function, name_of(vr[i]), order[i],
                           SAMPLED ? "sampled outputs have no derivatives" : "outputs, order 1 only");
     }
-    rate(s);
-    if (ND) memcpy(X(seed), D(s->v), NX * sizeof seed[0]);
-    memcpy(U(seed), s->u1, NU * sizeof seed[0]);
-    tangent(s, 1, seed, result);
-    for (i = 0; i < n; i++) value[i] = result[vr[i]];
+    slope(s, rates_of);
+    for (i = 0; i < n; i++) value[i] = rates_of[vr[i]];
     return fmi2OK;
 }
 
@@ -655,7 +669,7 @@ static void integrate(State *s, double t, double step, int n)
 #endif
     for (i = 0; i < n; i++) {
         since = i * h;
-        CALL(advance, IN(&t, X(s->v), U(s->v), s->u1, s->u2, P(s->v), C(s->v), &since, &h), OUT(x));
+        CALL(advance, IN(&t, X(s->v), U(s->v), s->u1, s->u2, s->u3, P(s->v), C(s->v), &since, &h), OUT(x));
         memcpy(X(s->v), x, sizeof x);
     }
 #ifdef means_SZ_ARG
@@ -683,10 +697,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real step, fmi2Boolean no
                           SAMPLED ? "sample_time" : "solver.step", largest, step);
     }
 #endif
-    if (!s->inputs_move) {
-        memset(s->u1, 0, sizeof s->u1);
-        memset(s->u2, 0, sizeof s->u2);
-    }
+    if (!s->inputs_move) forget_input_derivatives(s);
     settle(s);
 #if SAMPLED
     sample_step(s, t, step);
@@ -703,7 +714,10 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real step, fmi2Boolean no
         double u[NU + 1];
         inputs_at(s, step, u);
         memcpy(U(s->v), u, NU * sizeof u[0]);
-        for (i = 0; i < NU; i++) s->u1[i] += step * s->u2[i];
+        for (i = 0; i < NU; i++) {
+            s->u1[i] += step * (s->u2[i] + 0.5 * step * s->u3[i]);
+            s->u2[i] += step * s->u3[i];
+        }
         s->inputs_move = 0;
     }
     s->y_old = s->d_old = 1;

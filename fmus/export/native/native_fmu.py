@@ -73,6 +73,7 @@ def describe_native(component: Component, model_name: str) -> ModelDescription:
         model_name,
         derivatives=True,
         can_interpolate_inputs=True,
+        max_input_derivative_order=3,
         max_output_derivative_order=0 if component.sampled else 1,
         source_files=(RUNTIME.name,),
     )
@@ -116,6 +117,8 @@ def _functions(part: Component) -> list[ca.Function]:
         chosen.append(f.update)
     if outputs:
         chosen.append(f.outputs)
+    if outputs and not part.sampled:
+        chosen.append(f.slopes)
     if means:
         chosen += [f.means, f.mean_rates]
     if part.size(part.calculated_parameters):

@@ -18,7 +18,15 @@ from fmus.export.python.runtime import Runtime
 
 def describe_in_process(component: Component) -> ModelDescription:
     """Return what an FMU with the capabilities of this slave would say."""
-    return describe(component, component.name, derivatives=False, can_interpolate_inputs=True)
+    order = 0 if component.sampled or component.python_only else 1
+    return describe(
+        component,
+        component.name,
+        derivatives=False,
+        can_interpolate_inputs=True,
+        max_input_derivative_order=3,
+        max_output_derivative_order=order,
+    )
 
 
 class InProcessSlave:
@@ -78,8 +86,9 @@ class InProcessSlave:
         self._call("fmi2SetRealInputDerivatives", call, references, orders, values.tolist())
 
     def get_output_derivatives(self, references: Sequence[int], orders: Sequence[int]) -> np.ndarray:
-        """Not offered: maxOutputDerivativeOrder is 0."""
-        raise self._failed(self.name, "fmi2GetRealOutputDerivatives", "fmi2Error", ("no output derivatives.",))
+        """Return derivatives of outputs, of order 1, shape (n,)."""
+        call = self._runtime.get_output_derivatives
+        return self._call("fmi2GetRealOutputDerivatives", call, list(references), list(orders))
 
     def do_step(self, t: float, h: float) -> None:
         """Step from t to t + h."""

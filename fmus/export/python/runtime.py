@@ -41,7 +41,7 @@ class Runtime(Vector):
         self.t0 = 0.0
         self.stop: float | None = None
         self._t, self._s, self._h = np.zeros(1), np.zeros(1), np.zeros(1)
-        self._u1, self._u2 = np.zeros_like(self.u), np.zeros_like(self.u)  # input derivatives
+        self._u1, self._u2, self._u3 = (np.zeros_like(self.u) for _ in range(3))  # input derivatives
         self._derivatives_new, self._derivatives_left = False, False  # given for the next step; any not zero
         self._u_now, self._x_next, self._no_x = np.zeros_like(self.u), np.zeros_like(self.x), np.zeros_like(self.x)
         self._x_views = self.x.data, self._x_next.data  # copied faster than arrays
@@ -70,8 +70,11 @@ class Runtime(Vector):
             self._update_inside = Buffered(f.update, [self._s, x, self._u_now, p, c], [self._x_next])
             self._outputs_next = Buffered(f.outputs, [t, self._x_next, u, p, c, m], [self.y])
             self._outputs_inside = Buffered(f.outputs, [self._s, x, self._u_now, p, c, m], [self.y])
-        elif part.states:
-            arguments = [t, x, u, self._u1, self._u2, p, c, self._s, self._h]
+        else:
+            self._rates_now, self._y_slopes = np.zeros_like(x), np.zeros_like(self.y)
+            self._slopes = Buffered(f.slopes, [t, x, u, p, c, m, self._u1], [self._rates_now, self._y_slopes])
+        if part.states and not part.sampled:
+            arguments = [t, x, u, self._u1, self._u2, self._u3, p, c, self._s, self._h]
             self._advance = Buffered(f.advance, arguments, [self._x_next])
             self._seed, self._along = np.zeros_like(x), np.zeros_like(x)
             still = [np.zeros_like(v) for v in (t, u, p, c)]
@@ -96,12 +99,33 @@ class Runtime(Vector):
         return float(self._t[0])
 
     def set_input_derivatives(self, references: Sequence[int], orders: Sequence[int], values: Sequence[float]) -> None:
-        """Set time derivatives (order 1 or 2) of inputs, for the next step."""
+        """Set time derivatives (order 1 to 3) of inputs, for the next step."""
         given = self._input_positions(references, orders, values)
         self._forget_derivatives()
         self._derivatives_new = self._derivatives_left = True
         for i, order, value in given:
-            (self._u1 if order == 1 else self._u2)[i] = value
+            (self._u1, self._u2, self._u3)[order - 1][i] = value
+
+    def get_output_derivatives(self, references: Sequence[int], orders: Sequence[int]) -> np.ndarray:
+        """Return y' = dy/dt + dy/dx x' + dy/du u' of outputs, step means held, shape (n,)."""
+        admit(self.mode, "fmi2GetRealOutputDerivatives", STEPPING | TERMINATED)
+        self._require_slopes(references, orders)
+        if self._stale:
+            self._evaluate()
+        self._slopes.run()
+        slopes = np.zeros_like(self.v)
+        slopes[self._first_state :] = np.concatenate([self._rates_now, self._y_slopes])
+        return slopes[list(references)]
+
+    def _require_slopes(self, references: Sequence[int], orders: Sequence[int]) -> None:
+        part = self.component
+        shown = [s.output for s in part.states for _ in range(s.size)] + [True] * len(self.y)
+        for reference, order in zip(references, orders, strict=True):
+            place = reference - self._first_state
+            if part.sampled or part.python_only or order != 1 or not (0 <= place < len(shown) and shown[place]):
+                name = self.names[reference] if 0 <= reference < len(self.v) else "(none)"
+                why = "sampled outputs have no derivatives" if part.sampled else "outputs, order 1 only"
+                raise RuntimeFailure(f"fmi2GetRealOutputDerivatives: variable {name}, order {order}: {why}.")
 
     # ---- evaluation ----------------------------------------------------------------------------------------
 
@@ -200,7 +224,8 @@ class Runtime(Vector):
             self._integrate(t, step)
         if self._derivatives_new:
             self._inputs_at(step, self.u)
-            self._u1 += step * self._u2
+            self._u1 += step * (self._u2 + 0.5 * step * self._u3)
+            self._u2 += step * self._u3
             self._derivatives_new = False
         self._t[0] = t + step
         self._stale = True
@@ -239,13 +264,12 @@ class Runtime(Vector):
     def _forget_derivatives(self) -> None:
         """Let input derivatives that were given for a step that is over be zero."""
         if self._derivatives_left and not self._derivatives_new:
-            self._u1[:] = 0
-            self._u2[:] = 0
+            self._u1[:] = self._u2[:] = self._u3[:] = 0
             self._derivatives_left = False
 
     def _inputs_at(self, since: float, out: np.ndarray) -> None:
-        """u(s) = u + s (u1 + s u2 / 2)."""
-        out[:] = self.u + since * (self._u1 + 0.5 * since * self._u2)
+        """u(s) = u + s (u1 + s (u2 + s u3 / 3) / 2)."""
+        out[:] = self.u + since * (self._u1 + 0.5 * since * (self._u2 + since * self._u3 / 3))
 
     # ---- samples -------------------------------------------------------------------------------------------
 
@@ -293,7 +317,7 @@ class Runtime(Vector):
             "v": self.v.tolist(),
             "m": self.m.tolist(),
             "t": [self.t0, self.t, self.stop],
-            "derivatives": [self._u1.tolist(), self._u2.tolist(), self._derivatives_new],
+            "derivatives": [self._u1.tolist(), self._u2.tolist(), self._u3.tolist(), self._derivatives_new],
             "samples": [self.sample, self.due, self._x_next.tolist()],
             "flags": [self.mode, self._stale, self._parameters_stale],
             "of": self._identity,
@@ -308,7 +332,7 @@ class Runtime(Vector):
         self.v[:] = state["v"]
         self.m[:] = state["m"]
         self.t0, self._t[0], self.stop = state["t"]
-        self._u1[:], self._u2[:], self._derivatives_new = state["derivatives"]
+        self._u1[:], self._u2[:], self._u3[:], self._derivatives_new = state["derivatives"]
         self._derivatives_left = True
         self.sample, self.due, self._x_next[:] = state["samples"]
         self.mode, self._stale, self._parameters_stale = state["flags"]

@@ -110,8 +110,8 @@ class Vector:
         for reference, order, value in given:
             name = self.names[reference] if 0 <= reference < len(self.v) else "(none)"
             what = f"fmi2SetRealInputDerivatives: variable {name}"
-            if not self._first_input <= reference < self._first_state or order not in (1, 2):
-                raise RuntimeFailure(f"{what}, order {order}: inputs, order 1 or 2 only.")
+            if not self._first_input <= reference < self._first_state or order not in (1, 2, 3):
+                raise RuntimeFailure(f"{what}, order {order}: inputs, order 1 to 3 only.")
             if not math.isfinite(value):
                 raise RuntimeFailure(f"{what} = {value} is not finite.")
         return [(reference - self._first_input, order, value) for reference, order, value in given]

@@ -77,6 +77,7 @@ def everything() -> ModelDescription:
         default_experiment=DefaultExperiment(start=-1.0, stop=2.0, tolerance=1e-6, step_size=0.25),
         can_handle_variable_step=False,
         can_interpolate_inputs=True,
+        max_input_derivative_order=3,
         max_output_derivative_order=2,
         can_get_and_set_state=True,
         can_serialize_state=True,

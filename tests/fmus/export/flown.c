@@ -20,7 +20,7 @@ static void hear(fmi2ComponentEnvironment environment, fmi2String instance, fmi2
     (void)environment, (void)instance, (void)status, (void)category, (void)message;
 }
 
-static double numbers[NV + 1], slopes[NV + 1];
+static double numbers[NV + 1], derivatives[NV + 1];
 static fmi2ValueReference every[NV + 1], shown[NV + 1], driven[NV + 1];
 static fmi2Integer first_order[NV + 1];
 
@@ -38,7 +38,7 @@ static int misuse(fmi2Component c, fmi2FMUstate state)
     REFUSED(fmi2SetReal(c, every, 1, NULL));
     REFUSED(fmi2SetRealInputDerivatives(c, driven, 1, NULL, numbers));
     REFUSED(fmi2GetRealOutputDerivatives(c, shown, 1, NULL, numbers));
-    REFUSED(fmi2GetDirectionalDerivative(c, NULL, 1, driven, 1, numbers, slopes));
+    REFUSED(fmi2GetDirectionalDerivative(c, NULL, 1, driven, 1, numbers, derivatives));
     REFUSED(fmi2GetRealStatus(c, fmi2LastSuccessfulTime, NULL));
     REFUSED(fmi2GetFMUstate(c, NULL));
     REFUSED(fmi2GetFMUstate(c, &other));
@@ -71,7 +71,7 @@ static int fly(fmi2Component c, double h)
     OK(fmi2EnterInitializationMode(c));
     OK(fmi2GetReal(c, every, NV, numbers));
     OK(fmi2SetReal(c, driven, n_in, numbers + U0));
-    OK(fmi2GetDirectionalDerivative(c, shown + n_out, 0, driven, n_in, numbers, slopes));
+    OK(fmi2GetDirectionalDerivative(c, shown + n_out, 0, driven, n_in, numbers, derivatives));
     OK(fmi2ExitInitializationMode(c));
     for (k = 0; k < 60; k++) {
         const double t = 1.5 + k * h;
@@ -94,7 +94,7 @@ static int fly(fmi2Component c, double h)
         if (k % 2) OK(fmi2SetRealInputDerivatives(c, driven, n_in, first_order, numbers));
         OK(fmi2DoStep(c, t, h, fmi2True));
         OK(fmi2GetReal(c, every, NV, numbers));
-        OK(fmi2GetDirectionalDerivative(c, shown, n_out, driven, n_in, numbers, slopes));
+        OK(fmi2GetDirectionalDerivative(c, shown, n_out, driven, n_in, numbers, derivatives));
         EXPECT(fmi2GetRealOutputDerivatives(c, shown, n_out, first_order, numbers),
                SAMPLED && n_out ? fmi2Error : fmi2OK);
     }

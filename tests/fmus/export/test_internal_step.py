@@ -112,7 +112,7 @@ def test_the_bound_is_what_rk4_does_lose(linear, omega, warned):
     f = ca.Function("rates", arguments, [rate], ["t", "x", "u", "p", "c"], ["dx"])
     step, value = rk4(f, None), ca.DM([1.0, 0.0])
     for _ in range(round(100 * 2 * np.pi / omega / 1e-3)):
-        value = step(0, value, [], [], [], [], [], 0, 1e-3)
+        value = step(0, value, [], [], [], [], [], [], 0, 1e-3)
     assert (1 - float(ca.norm_2(value)) > 1e-3) == warned
     assert bool(linear(swing(omega))) == warned
 

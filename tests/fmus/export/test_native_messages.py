@@ -209,13 +209,13 @@ def test_derivatives_are_refused_by_name(open_slave):
     )
     says(f"{function}: (none) is not a known after initialization.", slave.getDirectionalDerivative, [], [999], [1.0])
     function = "fmi2SetRealInputDerivatives"
-    text = "inputs, order 1 or 2 only."
+    text = "inputs, order 1 to 3 only."
     says(f"{function}: variable phase, order 1: {text}", slave.setRealInputDerivatives, slave.vr("phase"), [1], [0.0])
     says(
-        f"{function}: variable torque[2], order 3: {text}",
+        f"{function}: variable torque[2], order 4: {text}",
         slave.setRealInputDerivatives,
         slave.vr("torque[2]"),
-        [3],
+        [4],
         [0.0],
     )
     text = f"{function}: variable torque[2] = nan is not finite."

@@ -69,7 +69,7 @@ def test_internal_steps_divide_the_step(open_slave):
         slave.doStep(0.0, step)
         after = x
         for i in range(n):
-            after = f.advance(0.0, after, u, [0, 0], [0, 0], p, f.calculate(p), i * (step / n), step / n)
+            after = f.advance(0.0, after, u, [0, 0], [0, 0], [0, 0], p, f.calculate(p), i * (step / n), step / n)
         assert slave.get("omega[1]", "omega[2]", "phase") == after.full().ravel().tolist()
 
 
@@ -90,7 +90,7 @@ def test_a_step_that_rounding_has_made_longer_has_no_more_internal_steps(open_sl
             step = start + (3 * k + 2 * n - 1) / 1000 - t
             x = slave.get(*names)
             for i in range(n):
-                x = part.functions.advance(t, x, u, [0, 0], [0, 0], p, c, i * (step / n), step / n)
+                x = part.functions.advance(t, x, u, [0, 0], [0, 0], [0, 0], p, c, i * (step / n), step / n)
             slave.doStep(t, step)
             twin.do_step(t, step)
             lengths.add(n * 1e-3 < step)

@@ -24,7 +24,7 @@ REFUSALS = {  # method of fmpy's slave, of its twin, arguments
     "set what cannot be set": ("setReal", "set", ([0], [1.0])),
     "set what is not finite": ("setReal", "set", (["torque[2]"], [math.inf])),
     "derivative of a state": ("setRealInputDerivatives", "set_input_derivatives", (["phase"], [1], [1.0])),
-    "derivative of order 3": ("setRealInputDerivatives", "set_input_derivatives", (["torque[1]"], [3], [1.0])),
+    "derivative of order 4": ("setRealInputDerivatives", "set_input_derivatives", (["torque[1]"], [4], [1.0])),
     "derivative of nothing": ("setRealInputDerivatives", "set_input_derivatives", ([999], [1], [1.0])),
     "derivative not finite": ("setRealInputDerivatives", "set_input_derivatives", (["torque[1]"], [2], [math.nan])),
     "no step": ("doStep", "do_step", (0.0, 0.0)),
