@@ -19,7 +19,7 @@ from fmus.description.description import ModelDescription, ScalarVariable
 from fmus.description.names import Group, nested, split_element
 from fmus.description.read import read_description
 
-WORDS = {"centred": "after_step, centred"}
+WORDS = {"extrapolated_mean": "extrapolated, mean", "mean": "smooth, mean"}
 
 
 def write_system(system: System, experiment: Experiment, locate: Locate) -> None:

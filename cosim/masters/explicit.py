@@ -11,13 +11,15 @@ from cosim.masters.kernel.library import obstacle
 from cosim.masters.layout import Layout
 from cosim.masters.master import Algorithm, Control, Flown
 from cosim.masters.stepping import Stepping
-from cosim.masters.turns import Turns, extrapolated
+from cosim.masters.turns import Turns
 from cosim.masters.watch import Watch
 from cosim.slaves.slave import Slave
+from cosim.system.timing import between, carried, extrapolated
 from cosim.system.wiring import Link, Wiring
 from cosim.time import Schedule
 
 PRESETS = ("declared", "jacobi", "gauss_seidel")
+INPUTS = ("declared", "held", "ramp", "smooth")
 KERNEL = ("auto", "never", "always")
 
 
@@ -27,49 +29,65 @@ class Explicit:
 
     `preset`: the timings as the system declares them; "jacobi": all at_point; "gauss_seidel": after_step where the
     source is declared before the target, at_point elsewhere. Step means stay after_step in every preset.
-    `extrapolation`: up to which order at_point inputs are extrapolated with output derivatives, where the FMUs can.
-    `centred`: an FMU that can be refreshed steps with the mean of both ends where an input is after_step, and its
-    outputs are then evaluated with the value at the end: as fresh as after_step, and its states of second order.
+    `inputs`: how inputs whose sources step first are carried over a step: as the system declares it, or all of them
+    held at the end's value (after_step), on a line (ramp), on a curve (smooth).
+    `extrapolation`: up to which order at_point inputs follow their sources' derivatives; with smooth inputs and
+    order 1 the exchange is of second order, and its stable steps are shorter than those of held inputs.
     `kernel`: whether the loop runs in the compiled kernel.
     """
 
     preset: Literal["declared", "jacobi", "gauss_seidel"] = "declared"
+    inputs: Literal["declared", "held", "ramp", "smooth"] = "declared"
     extrapolation: Literal[0, 1, 2] = 0
-    centred: bool = False
     kernel: Literal["auto", "never", "always"] = "auto"
 
     def __post_init__(self) -> None:
         """Raise `UnknownName` or `NotSupported` for settings that do not exist."""
-        if self.preset not in PRESETS:
-            raise UnknownName("preset", self.preset, "Explicit", PRESETS)
-        if self.kernel not in KERNEL:
-            raise UnknownName("kernel", self.kernel, "Explicit", KERNEL)
+        for name, known in (("preset", PRESETS), ("inputs", INPUTS), ("kernel", KERNEL)):
+            if getattr(self, name) not in known:
+                raise UnknownName(name, getattr(self, name), "Explicit", known)
         if self.extrapolation not in (0, 1, 2):
             raise NotSupported(f"extrapolation of order {self.extrapolation}", "Choose 0, 1 or 2.")
 
     def timed(self, wiring: Wiring) -> Wiring:
-        """Return the wiring with the timings of the preset, centred where that is asked for and can be."""
+        """Return the wiring with the timings of the settings, as far as its FMUs can; `asked` where they cannot."""
         place = {name: i for i, name in enumerate(wiring.components)}
+        timed = replace(wiring, links=tuple(self._timed(wiring, link, place) for link in wiring.links))
+        if not self.extrapolation:
+            return timed
+        return replace(timed, links=tuple(self._extrapolated(timed, link) for link in timed.links))
 
-        def timing(link: Link) -> str:
-            chosen = link.timing
-            if link.step_mean:
-                return chosen
-            if self.preset != "declared":
-                earlier = place[link.source.component] < place[link.target.component]
-                chosen = "after_step" if self.preset == "gauss_seidel" and earlier else "at_point"
-            real = {wiring.variable(link.source).type, wiring.variable(link.target).type} == {"Real"}
-            centred = self.centred and real and wiring.descriptions[link.target.component].refresh
-            return "centred" if centred and chosen == "after_step" else chosen
+    def _timed(self, wiring: Wiring, link: Link, place: Mapping[str, int]) -> Link:
+        if link.step_mean:
+            return link
+        if self.preset != "declared":
+            earlier = place[link.source.component] < place[link.target.component]
+            timing = "after_step" if self.preset == "gauss_seidel" and earlier else "at_point"
+            link = replace(link, timing=timing, asked="")
+        if self.inputs == "declared" or link.from_start or not between(wiring, link):
+            return link
+        asked = "after_step" if self.inputs == "held" else self.inputs
+        descriptions = wiring.descriptions
+        return carried(link, asked, descriptions[link.source.component], descriptions[link.target.component])
 
-        return replace(wiring, links=tuple(replace(link, timing=timing(link)) for link in wiring.links))
+    def _extrapolated(self, wiring: Wiring, link: Link) -> Link:
+        """Return an at_point link that follows its source's slope; a slower source's value may be too old for that.
+
+        What a sampled component reads is what its sources show at its sample.
+        """
+        source, target = link.source.component, wiring.descriptions[link.target.component]
+        if link.timing != "at_point" or not between(wiring, link) or target.sampled:
+            return link
+        if wiring.period(source) > wiring.period(link.target.component):
+            return link
+        known = wiring.descriptions[source].max_output_derivative_order
+        return extrapolated(link, self.extrapolation, known, target)
 
     def course(
         self, wiring: Wiring, schedule: Schedule, record: Sequence[str], stop_when: str = ""
     ) -> "ExplicitCourse":
         """Apply the settings to a timed wiring; see `Master.course`."""
-        layout = Layout.of(wiring, record, stop_when, lambda link: extrapolated(wiring, link, self.extrapolation))
-        return ExplicitCourse(self, Turns.of(wiring, layout, schedule, self.extrapolation))
+        return ExplicitCourse(self, Turns.of(wiring, Layout.of(wiring, record, stop_when), schedule))
 
 
 @dataclass(frozen=True)

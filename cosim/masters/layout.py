@@ -1,22 +1,24 @@
 """Where every value of a run has its place: one vector of doubles with a slot for each. The same for every master.
 
-A component owns the slots from the `offset` of its outputs on: what is read from it, type by type, then its output
-derivatives. Held inputs have slots, and every connected input has one of its own, which shows at a communication point
-what the input is given: input = factor * source + addend. There is no order in it: who steps when is an algorithm's
-business.
+A component owns the slots from the `offset` of its outputs on: what is read from it, type by type, its output
+derivatives, and what slopes by differences need (slopes.py). Held inputs have slots, and every connected input has one
+of its own, which shows at a communication point what the input is given: input = factor * source + addend. There is no
+order in it: who steps when is an algorithm's business.
 
 Real, Integer, Boolean and Enumeration values are doubles in it, exactly. Of a String the slot holds the number of its
 text in the run's `Texts`.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from cosim.arrays import FloatArray, IntArray
+from cosim.masters import slopes
 from cosim.masters.columns import Columns, flag, recorded
+from cosim.masters.slopes import Differences
 from cosim.masters.types import Kind, kind_of
 from cosim.system.wiring import Link, Port, Wiring
 
@@ -36,17 +38,18 @@ class Group:
 
 @dataclass(frozen=True)
 class Reading:
-    """Outputs of one component, by its place in the layout, that are read together."""
+    """Outputs of one component, by its place in the layout, that are read together, with slopes or without."""
 
     component: int
     groups: tuple[Group, ...]
+    slopes: bool = False
 
 
 @dataclass(frozen=True)
 class Outputs:
-    """What is read from a component: `groups` fill consecutive slots from `offset` on, output derivatives follow.
+    """What is read from a component: `groups` fill consecutive slots from `offset` on, derivatives follow.
 
-    `names` are those of the values, in the order of their slots.
+    `names` are those of the values, in the order of their slots. `differences`: whose slopes the FMU does not tell.
     """
 
     offset: int
@@ -54,6 +57,7 @@ class Outputs:
     names: tuple[str, ...]
     derivative_references: tuple[int, ...]
     derivative_orders: tuple[int, ...]
+    differences: Differences | None = None
 
     @property
     def values(self) -> slice:
@@ -67,8 +71,8 @@ class Outputs:
 
     @property
     def slots(self) -> slice:
-        """Slots of both."""
-        return slice(self.offset, self.derivatives.stop)
+        """Slots of all of these."""
+        return slice(self.offset, self.differences.step + 1 if self.differences else self.derivatives.stop)
 
     @cached_property
     def finite(self) -> IntArray:
@@ -80,7 +84,8 @@ class Outputs:
 class Inputs:
     """The connected inputs of a component, all arrays of length n: input = factor * values[source] + addend.
 
-    `groups` are the own slots of all inputs, in the order of `links`. `allowed`: place of an input -> the values that
+    `groups` are the own slots of all inputs, in the order of `links`. `slope`: slots of the sources' slopes, -1: not
+    known to the master. `allowed`: place of an input -> the values that
     it can take, where its source may have others.
     """
 
@@ -90,6 +95,7 @@ class Inputs:
     source: IntArray
     factor: FloatArray
     addend: FloatArray
+    slope: IntArray
     allowed: Mapping[int, tuple[int, ...]]
 
     @property
@@ -136,39 +142,45 @@ class Layout:
         wiring: Wiring,
         record: Sequence[str] = ("*",),
         stop_when: str = "",
-        derivatives: Callable[[Link], int] = lambda _link: 0,
     ) -> "Layout":
-        """Lay out a wiring.
+        """Lay out a wiring, with the slopes that the timings of its links need.
 
-        `record`, `stop_when`: as in `Experiment`. `derivatives`: up to which order the output derivatives of a link's
-        source are read. Raises `UnknownName` for a pattern that matches nothing, or a flag that there is not.
+        `record`, `stop_when`: as in `Experiment`. Raises `UnknownName` for a pattern that matches nothing, or a flag
+        that there is not.
         """
         ports = recorded(wiring, record)
         slots: dict[Port, int] = {}
         derivative_slots: dict[tuple[Port, int], int] = {}
         highest: dict[Port, int] = {}
         for link in wiring.links:
-            highest[link.source] = max(derivatives(link), highest.get(link.source, 0))
+            highest[link.source] = max(link.slopes, highest.get(link.source, 0))
         outputs: dict[str, Outputs] = {}
+        offset = 0
         for name in wiring.components:
-            offset = len(slots) + len(derivative_slots)
             mine = _outputs(wiring, name, ports)
             slots |= {port: offset + i for i, port in enumerate(mine)}
-            orders = [(port, n) for port in mine for n in range(1, highest.get(port, 0) + 1)]
+            wanted = {port: highest[port] for port in mine if highest.get(port)}
+            known = {port: min(order, slopes.told(wiring, port)) for port, order in wanted.items()}
+            orders = [(port, n) for port, order in known.items() for n in range(1, order + 1)]
             first = offset + len(mine)
             derivative_slots |= {key: first + i for i, key in enumerate(orders)}
+            unknown = [port for port, order in known.items() if not order]
+            first += len(orders)
+            derivative_slots |= {(port, 1): first + i for i, port in enumerate(unknown)}
             outputs[name] = Outputs(
                 offset,
                 groups_of(wiring, mine, [slots[p] for p in mine]),
                 tuple(p.variable for p in mine),
                 tuple(wiring.variable(p).value_reference for p, _ in orders),
                 tuple(n for _, n in orders),
+                _differences([slots[p] for p in unknown], first) if unknown else None,
             )
-        held = len(slots) + len(derivative_slots)
+            offset = outputs[name].slots.stop
+        held = offset
         slots |= {port: held + i for i, port in enumerate(wiring.held)}
         first = held + len(wiring.held)
         slots |= {link.target: first + i for i, link in enumerate(wiring.links)}
-        inputs = {name: _inputs(wiring, wiring.into(name), slots) for name in wiring.components}
+        inputs = {name: _inputs(wiring, wiring.into(name), slots, derivative_slots) for name in wiring.components}
         return cls(
             components=tuple(ComponentLayout(n, inputs[n], outputs[n]) for n in wiring.components),
             size=first + len(wiring.links),
@@ -176,7 +188,7 @@ class Layout:
             constants=tuple(v.encode() if isinstance(v, str) else float(v) for v in wiring.held.values()),
             slots=slots,
             derivative_slots=derivative_slots,
-            inputs=_inputs(wiring, wiring.links, slots),
+            inputs=_inputs(wiring, wiring.links, slots, derivative_slots),
             columns=Columns.of(wiring, ports, slots),
             stop_slot=slots[flag(wiring, stop_when)] if stop_when else -1,
         )
@@ -187,7 +199,9 @@ class Layout:
         found: list[Reading] = []
         for name in dict.fromkeys(port.component for port in outputs):
             mine = [port for port in outputs if port.component == name]
-            found.append(Reading(places[name], groups_of(wiring, mine, [self.slots[p] for p in mine])))
+            told = bool(self.components[places[name]].outputs.derivative_references)
+            sloping = told and any((port, 1) in self.derivative_slots for port in mine)
+            found.append(Reading(places[name], groups_of(wiring, mine, [self.slots[p] for p in mine]), sloping))
         return tuple(found)
 
     def show_inputs(self, values: FloatArray) -> None:
@@ -208,7 +222,16 @@ def _outputs(wiring: Wiring, component: str, recorded: Sequence[Port]) -> list[P
     return sorted(ports, key=lambda port: kind_of(wiring.variable(port)))
 
 
-def _inputs(wiring: Wiring, links: Sequence[Link], slots: Mapping[Port, int]) -> Inputs:
+def _differences(values: Sequence[int], first: int) -> Differences:
+    """Return the slots of slopes by differences, which fill those from `first` on."""
+    n = len(values)
+    slope, before = np.arange(first, first + n), np.arange(first + n, first + 2 * n)
+    return Differences(np.array(values, dtype=np.int64), slope, before, first + 2 * n)
+
+
+def _inputs(
+    wiring: Wiring, links: Sequence[Link], slots: Mapping[Port, int], derivative_slots: Mapping[tuple[Port, int], int]
+) -> Inputs:
     ordered = tuple(sorted(links, key=lambda link: kind_of(wiring.variable(link.target))))
     own = [slots[link.target] for link in ordered]
     return Inputs(
@@ -218,6 +241,7 @@ def _inputs(wiring: Wiring, links: Sequence[Link], slots: Mapping[Port, int]) ->
         source=np.array([slots[link.source] for link in ordered], dtype=np.int64),
         factor=np.array([link.conversion.factor for link in ordered], dtype=np.float64),
         addend=np.array([link.conversion.offset for link in ordered], dtype=np.float64),
+        slope=np.array([derivative_slots.get((k.source, 1), -1) if k.slopes else -1 for k in ordered], dtype=np.int64),
         allowed={i: link.allowed for i, link in enumerate(ordered) if link.allowed is not None},
     )
 

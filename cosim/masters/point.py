@@ -18,10 +18,10 @@ class Point:
     """Communication point `index` of a run.
 
     `values` has every slot of the layout as it is seen at that point, shape (size,); `newest` what the components
-    returned last, ahead of it where a slow component has stepped already; `begun` the sources' values at the start of
-    the period of every input, in the order of the layout's components, for components that step at its end. `texts`
-    are the texts that the slots of Strings number. `states`: the serialized FMU states by instance, where they were
-    asked for.
+    returned last, ahead of it where a slow component has stepped already; `begun`, shape (2, n), the sources' values
+    and slopes at the start of the period of every input, in the order of the layout's components, for components that
+    step at its end. `texts` are the texts that the slots of Strings number. `states`: the serialized FMU states by
+    instance, where they were asked for.
     """
 
     index: int
@@ -37,7 +37,7 @@ class Point:
         values, texts = np.zeros(layout.size), Texts()
         for i, constant in enumerate(layout.constants):
             values[layout.held + i] = texts.number(constant) if isinstance(constant, bytes) else constant
-        return cls(0, values, values.copy(), np.zeros(len(layout.inputs.links)), texts)
+        return cls(0, values, values.copy(), np.zeros((2, len(layout.inputs.links))), texts)
 
     def copy(self) -> "Point":
         """Return a point that shares nothing with this one."""

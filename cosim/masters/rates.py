@@ -13,7 +13,7 @@ def waiting(wiring: Wiring) -> frozenset[str]:
     """Return the components with a period of several steps that must step at its end, after faster sources."""
     result: set[str] = set()
     for component in stepping_order(wiring):
-        links = [link for link in wiring.into(component) if link.timing != "at_point"]
+        links = [link for link in wiring.into(component) if not link.from_start]
         period = wiring.period(component)
         if period > 1 and any(
             wiring.period(link.source.component) < period or link.source.component in result for link in links
@@ -64,14 +64,14 @@ def _mistake(wiring: Wiring, link: Link, late: frozenset[str]) -> WiringError | 
     n, m = wiring.period(a), wiring.period(b)
     rates = f"{a} takes a step in {_steps(n)}, {b} in {_steps(m)}"
     ports = (str(link.source), str(link.target))
-    if link.timing == "at_point":
+    if link.from_start:
         return None
     if link.step_mean and n < m:
         problem = f"{link}: the source is the mean over its last step, but {rates}"
         return WiringError(problem, f"Let {a} step at the rate of {b}, or slower.", ports)
     if n % m and m % n:
         return WiringError(f"{link}: {rates}", 'One must be a multiple of the other, or timing="at_point".', ports)
-    if n > m and a in late and (link.step_mean or link.timing not in ("after_step", "centred")):
+    if n > m and a in late and (link.step_mean or link.timing != "after_step"):
         problem = f"{link}: {rates}, and {a} waits for faster components, so that its values come too late"
         return WiringError(problem, f'Give the inputs of {a} from faster components timing="at_point".', ports)
     return None

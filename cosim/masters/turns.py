@@ -1,6 +1,6 @@
 """What the explicit master does in a step, as plain numbers: who steps when, with which input, what is read again.
 
-The Python loop (explicit.py) and the kernel take the same turns with the same arithmetic.
+The Python loop (stepping.py) and the kernel take the same turns with the same arithmetic.
 """
 
 from dataclasses import dataclass
@@ -12,39 +12,56 @@ from cosim.arrays import BoolArray, IntArray
 from cosim.errors import WiringErrors
 from cosim.masters import rates
 from cosim.masters.layout import ComponentLayout, Layout, Reading
+from cosim.masters.slopes import MOVING
 from cosim.system import graph
-from cosim.system.wiring import Link, Wiring
+from cosim.system.wiring import Wiring
 from cosim.time import Schedule
 
-AT_POINT, AFTER_STEP, MIDPOINT, RAMP, STEP_MEAN, CENTRED = range(6)
-"""Codes of `Turn.timing`; a step mean is an after_step input that shows its source's newest mean, a centred one is an
-after_step input that is the mean of both ends while the target steps (`Explicit.centred`)."""
+TIMING_CODES = {
+    "at_point": 0,
+    "after_step": 1,
+    "midpoint": 2,
+    "ramp": 3,
+    "smooth": 5,
+    "mean": 6,
+    "extrapolated": 7,
+    "extrapolated_mean": 8,
+}
+AT_POINT, AFTER_STEP, MIDPOINT, RAMP, STEP_MEAN, SMOOTH, MEAN, EXTRAPOLATED, EXTRAPOLATED_MEAN = range(9)
+"""Codes of `Turn.timing`, see cosim/system/timing.py; a step mean is an after_step input that shows its source's newest
+mean."""
 
-TIMING_CODES = {"at_point": AT_POINT, "after_step": AFTER_STEP, "midpoint": MIDPOINT, "ramp": RAMP, "centred": CENTRED}
+LINE, CURVE, SLOT = range(3)
+"""Where an input derivative comes from: the line between both ends, the curve through them, a slot."""
 
 
 @dataclass(frozen=True)
 class InputDerivatives:
-    """Input derivatives, arrays of length m: factor * ((b - a) / H) where `slot` is -1 (ramp), else factor * slot.
+    """Input derivatives of a step, arrays of length m: of the input at `position` in `Inputs`, from `form`.
 
-    `position` is the place of the input in `Inputs`, and gives the factor.
+    `slot`: of the source's derivative of that order, where it comes from a slot.
     """
 
     references: tuple[int, ...]
     orders: tuple[int, ...]
     position: IntArray
+    form: IntArray
     slot: IntArray
+
+    @cached_property
+    def order(self) -> IntArray:
+        """The orders as an array."""
+        return np.array(self.orders, dtype=np.int64)
 
 
 @dataclass(frozen=True)
 class Turn:
     """A component in its turn. `period` counts communication steps.
 
-    It takes its step at the start of its period, or `at_end`, when its inputs come from faster components. With a and
-    b the source's values at the start and the end of its step, an input is a (at_point, ramp), b (after_step, step
-    mean) or 0.5 * (a + b) (midpoint, centred). `ahead[i]`: source i steps more slowly and at the start of its period,
-    so that its newest value may lie in the target's future; `source_turn[i]` is the place of its turn. `begun` are
-    the places of the component's inputs in `Point.begun`.
+    It takes its step at the start of its period, or `at_end`, when its inputs come from faster components. `timing[i]`
+    decides what input i is over the step. `ahead[i]`: source i steps more slowly and at the start of its period, so
+    that its newest value may lie in the target's future; `source_turn[i]` is the place of its turn. `begun` are the
+    places of the component's inputs in `Point.begun`. `moving`: places of inputs that have slopes when a step ends.
     """
 
     component: ComponentLayout
@@ -54,17 +71,23 @@ class Turn:
     ahead: BoolArray
     source_turn: IntArray
     derivatives: InputDerivatives
+    moving: IntArray
     begun: slice
 
     @cached_property
-    def centred(self) -> IntArray:
-        """Places of the centred inputs: set to b between the step and the reading of the outputs."""
-        return np.flatnonzero(self.timing == CENTRED)
+    def curved(self) -> BoolArray:
+        """Which inputs follow the curve through both ends, or are held at its mean."""
+        return (self.timing == SMOOTH) | (self.timing == MEAN)
 
     @cached_property
-    def centred_references(self) -> tuple[int, ...]:
-        """Their value references."""
-        return tuple(self.component.inputs.groups[0].references[i] for i in self.centred)
+    def has_curves(self) -> bool:
+        """Whether any does."""
+        return bool(self.curved.any())
+
+    @cached_property
+    def moving_references(self) -> tuple[int, ...]:
+        """Value references of the inputs that have slopes when a step ends."""
+        return tuple(self.component.inputs.references[i] for i in self.moving)
 
     def start(self, k: int) -> int:
         """Return the communication point where the period around step k begins."""
@@ -94,7 +117,7 @@ class Turns:
         return next(place for place, turn in enumerate(self.all) if turn.component is component)
 
     @classmethod
-    def of(cls, wiring: Wiring, layout: Layout, schedule: Schedule, extrapolation: int = 0) -> "Turns":
+    def of(cls, wiring: Wiring, layout: Layout, schedule: Schedule) -> "Turns":
         """Order the components of a wiring, by the timings of its links.
 
         Raises `CyclicOrder`, and `WiringErrors` for rates that do not fit.
@@ -119,7 +142,8 @@ class Turns:
                 timing=np.array([STEP_MEAN if k.step_mean else TIMING_CODES[k.timing] for k in links], dtype=np.int64),
                 ahead=np.array(slower, dtype=np.bool_),
                 source_turn=np.array([order.index(k.source.component) for k in links], dtype=np.int64),
-                derivatives=_input_derivatives(wiring, by_name[name], layout, extrapolation),
+                derivatives=_input_derivatives(wiring, by_name[name], layout),
+                moving=np.array([i for i, k in enumerate(links) if k.timing in MOVING], dtype=np.int64),
                 begun=begun[name],
             )
 
@@ -128,32 +152,21 @@ class Turns:
         return cls(layout, schedule, tuple(turn(name) for name in order), tuple(readings))
 
 
-def extrapolated(wiring: Wiring, link: Link, extrapolation: int) -> int:
-    """Return up to which order an at_point input is extrapolated; the value of a slower source may be too old."""
-    target, source = link.target.component, link.source.component
-    if link.timing != "at_point" or not wiring.descriptions[target].can_interpolate_inputs:
-        return 0
-    if {wiring.variable(link.source).type, wiring.variable(link.target).type} != {"Real"}:
-        return 0
-    if wiring.period(source) > wiring.period(target):
-        return 0
-    return min(extrapolation, wiring.descriptions[source].max_output_derivative_order)
-
-
-def _input_derivatives(
-    wiring: Wiring, component: ComponentLayout, layout: Layout, extrapolation: int
-) -> InputDerivatives:
+def _input_derivatives(wiring: Wiring, component: ComponentLayout, layout: Layout) -> InputDerivatives:
+    rows: list[tuple[int, int, int, int]] = []
+    for i, link in enumerate(component.inputs.links):
+        if link.timing == "ramp":
+            rows.append((i, 1, LINE, -1))
+        elif link.timing == "smooth":
+            rows += [(i, order, CURVE, -1) for order in (1, 2, 3)]
+        elif link.timing == "extrapolated":
+            rows += [(i, n, SLOT, layout.derivative_slots[link.source, n]) for n in range(1, link.order + 1)]
     links = component.inputs.links
-    ramps = [(i, 1, -1) for i, k in enumerate(links) if k.timing == "ramp"]
-    extrapolations = [
-        (i, n, layout.derivative_slots[k.source, n])
-        for i, k in enumerate(links)
-        for n in range(1, extrapolated(wiring, k, extrapolation) + 1)
-    ]
-    derivatives = ramps + extrapolations
+    position, form, slot = (np.array([row[column] for row in rows], dtype=np.int64) for column in (0, 2, 3))
     return InputDerivatives(
-        references=tuple(wiring.variable(links[i].target).value_reference for i, _, _ in derivatives),
-        orders=tuple(n for _, n, _ in derivatives),
-        position=np.array([i for i, _, _ in derivatives], dtype=np.int64),
-        slot=np.array([slot for _, _, slot in derivatives], dtype=np.int64),
+        references=tuple(wiring.variable(links[i].target).value_reference for i, *_ in rows),
+        orders=tuple(order for _, order, *_ in rows),
+        position=position,
+        form=form,
+        slot=slot,
     )

@@ -1,6 +1,7 @@
 """A system on paper: what flies, how it is wired, with which values; and that checked against the FMUs."""
 
-from cosim.system.system import TIMINGS, Connection, Experiment, System, Timing
+from cosim.system.system import Connection, Experiment, System
+from cosim.system.timing import TIMINGS, Timing
 from cosim.system.value import Value
 
 __all__ = ["TIMINGS", "Connection", "Experiment", "System", "Timing", "Value"]

@@ -6,7 +6,8 @@ from functools import cached_property
 
 from cosim.errors import SimulationError, UnknownName, WiringError, WiringErrors
 from cosim.system.parameters import Parameters
-from cosim.system.system import TIMINGS, Connection, System
+from cosim.system.system import Connection, System
+from cosim.system.timing import TIMINGS, carried
 from cosim.system.wiring import Link, Port, Wiring
 from cosim.time import LARGEST_INTEGER
 from fmus.description.description import ModelDescription, Scalar, ScalarVariable, Type
@@ -145,13 +146,12 @@ class _Checker:
             self._wrong(
                 problem, connection, 'A step mean is held over the step it was taken from: timing="after_step".'
             )
-        if timing in ("midpoint", "ramp") and {end.type for end in ends} != {"Real"}:
+        if timing in ("midpoint", "ramp", "smooth") and {end.type for end in ends} != {"Real"}:
             odd = ends[0] if ends[0].type != "Real" else ends[1]
             problem = f"{names} has timing {timing}, but there is nothing between two values of type {odd.type}"
             self._wrong(problem, connection, "Choose at_point or after_step.")
-        if timing == "ramp" and not b.can_interpolate_inputs:
-            timing = "midpoint"  # the value in the middle of the same line
-        return [Link(source, target, timing, found or IDENTITY, step_mean, _allowed(*ends))]
+        link = Link(source, target, timing, found or IDENTITY, step_mean, allowed=_allowed(*ends))
+        return [carried(link, timing, a, b)]
 
     def _default(self, source: Port, target: Port) -> str:
         """Return the timing of a connection that does not say one.

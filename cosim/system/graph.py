@@ -90,11 +90,11 @@ def cycle(members: Sequence[Node], before: Callable[[Node], Sequence[Node]]) -> 
 
 
 def stepping_order(wiring: Wiring) -> tuple[str, ...]:
-    """Return the components so that each steps after the sources of its after_step, midpoint and ramp inputs.
+    """Return the components so that each steps after the sources of inputs that need their values at its end.
 
     Raises `CyclicOrder` naming the connections of a cycle.
     """
-    links = {c: [link for link in wiring.into(c) if link.timing != "at_point"] for c in wiring.components}
+    links = {c: [link for link in wiring.into(c) if not link.from_start] for c in wiring.components}
 
     def before(component: str) -> list[str]:
         return list(dict.fromkeys(link.source.component for link in links[component]))
@@ -117,6 +117,11 @@ def initialization_order(wiring: Wiring) -> tuple[Evaluation, ...]:
     return _evaluations(wiring, Feedthrough(wiring, initial=True))
 
 
+def evaluation_order(wiring: Wiring) -> tuple[Evaluation, ...]:
+    """Return all outputs in an order in which each follows what it depends on directly at a communication point."""
+    return _evaluations(wiring, Feedthrough(wiring, initial=False))
+
+
 def algebraic_loops(wiring: Wiring, *, initial: bool = False) -> list[list[str]]:
     """Return each loop of direct feedthrough, as the text lines of `loop_path`."""
     feedthrough = Feedthrough(wiring, initial=initial)
@@ -137,9 +142,9 @@ def loop_path(wiring: Wiring, outputs: Sequence[Port], *, initial: bool) -> list
 def refresh_order(wiring: Wiring) -> Refresh:
     """Return what must be evaluated again once all components stand at a communication point.
 
-    An output must if it follows directly from an input that held another value than its source has there: any timing
-    but after_step, or a source that was itself evaluated again. It can if its FMU carries the refresh mark and the
-    output is in no algebraic loop.
+    An output must if it follows directly from an input that ends a step with another value than its source has there:
+    one that is held or extrapolated, or whose source was itself evaluated again. It can if its FMU carries the refresh
+    mark and the output is in no algebraic loop.
     """
     feedthrough = Feedthrough(wiring, initial=False)
     fresh: set[Port] = set()
@@ -148,9 +153,7 @@ def refresh_order(wiring: Wiring) -> Refresh:
     for members in strong_components(feedthrough.outputs, feedthrough.before):
         loop = feedthrough.is_loop(members)
         for output in members:
-            stale = [
-                k for k in feedthrough.links(output) if k.timing not in ("after_step", "centred") or k.source in fresh
-            ]
+            stale = [k for k in feedthrough.links(output) if not k.ends_fresh or k.source in fresh]
             if not stale:
                 continue
             if loop or not wiring.descriptions[output.component].refresh:

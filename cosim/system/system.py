@@ -2,18 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from cosim.system.reference import name_of, reference_of
+from cosim.system.timing import Timing
 from cosim.system.value import Value, plain
 from cosim.system.wiring import Wiring
 from cosim.time import Seconds
 from fmus.description import html
-
-Timing = Literal["at_point", "after_step", "midpoint", "ramp"]
-TIMINGS: tuple[Timing, ...] = ("at_point", "after_step", "midpoint", "ramp")
 
 
 class MasterSettings(Protocol):
@@ -29,8 +27,9 @@ class Connection:
     """A connection between two variables, arrays or elements: "plant.q_BN" -> "controller.q_BN".
 
     `timing` decides what the target has as input while it steps from t_k to t_k+1: "at_point" the source's value at
-    t_k, "after_step" that at t_k+1, "midpoint" the mean of both, "ramp" the line between them. None: after_step for a
-    step mean, at_point otherwise. A target that cannot interpolate its inputs takes a ramp's midpoint.
+    t_k, "after_step" that at t_k+1, "midpoint" the mean of both, "ramp" the line between them, "smooth" the cubic
+    through both with the source's slopes. None: after_step for a step mean, at_point otherwise. A target that cannot
+    interpolate its inputs is held at the mean of the line or curve.
     """
 
     source: str

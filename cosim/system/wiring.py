@@ -22,15 +22,36 @@ class Port(NamedTuple):
 
 @dataclass(frozen=True)
 class Link:
-    """One scalar connection: target = factor * source + offset; one of the four timings, or "centred" (`Explicit`)."""
+    """One scalar connection: target = factor * source + offset, carried over a step as `timing` says (timing.py).
+
+    `order`: up to which order an extrapolated one follows its source's derivatives. `asked`: what was asked for, where
+    the two FMUs can only do less.
+    """
 
     source: Port
     target: Port
     timing: str = "at_point"
     conversion: Conversion = IDENTITY
     step_mean: bool = False
+    order: int = 0
+    asked: str = ""
     allowed: tuple[int, ...] | None = None
     """The values that the target can take, where the source, of another type, may have others; None: all."""
+
+    @property
+    def from_start(self) -> bool:
+        """Whether the source's values at the start of the step are all it needs, so that the target may step first."""
+        return self.timing in ("at_point", "extrapolated", "extrapolated_mean")
+
+    @property
+    def ends_fresh(self) -> bool:
+        """Whether the target's input stands at the source's value when the step ends."""
+        return self.timing in ("after_step", "ramp", "smooth")
+
+    @property
+    def slopes(self) -> int:
+        """Up to which order it needs derivatives of its source."""
+        return 1 if self.timing in ("smooth", "mean") else self.order
 
     def __str__(self) -> str:
         """Write "a.y -> b.u (after_step)"."""

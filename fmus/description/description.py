@@ -61,8 +61,8 @@ class DefaultExperiment:
 class ModelDescription:
     """All that is said of an FMU, as data: read.py reads it, write.py writes it.
 
-    max_input_derivative_order: up to which order fmi2SetRealInputDerivatives takes them; FMI 2.0 says only whether it
-    takes any, which is 1. dependencies (outputs), derivatives (rates of states), initial_unknowns: variable -> names it depends on, None: not
+    max_input_derivative_order: what our annotations say of fmi2SetRealInputDerivatives, 0: nothing.
+    dependencies (outputs), derivatives (rates of states), initial_unknowns: variable -> names it depends on, None: not
     said. refresh, sampled, step_means, role, shared: see annotations.py.
     """
 
@@ -117,6 +117,11 @@ class ModelDescription:
                 size = f"[{','.join(map(str, g.shape))}]" if g.shape else ""
                 rows.append((f"{base}{size}", first.causality, first.variability, first.unit or "", first.description))
         return rows
+
+    @property
+    def interpolation_order(self) -> int:
+        """Up to which order it takes derivatives of its inputs; FMI 2.0 says only whether it takes any."""
+        return max(1, self.max_input_derivative_order) if self.can_interpolate_inputs else 0
 
     @cached_property
     def groups(self) -> Mapping[str, Group]:

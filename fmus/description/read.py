@@ -83,7 +83,7 @@ def _from_fmpy(description: Any, annotations: Annotations) -> ModelDescription:
         default_experiment=_default_experiment(description.defaultExperiment),
         can_handle_variable_step=slave.canHandleVariableCommunicationStepSize,
         can_interpolate_inputs=slave.canInterpolateInputs,
-        max_input_derivative_order=max(1, annotations.input_derivatives) if slave.canInterpolateInputs else 0,
+        max_input_derivative_order=annotations.input_derivatives,
         max_output_derivative_order=int(slave.maxOutputDerivativeOrder or 0),
         can_get_and_set_state=slave.canGetAndSetFMUstate,
         can_serialize_state=slave.canSerializeFMUstate,

@@ -108,7 +108,7 @@ def _marks(description: ModelDescription) -> Annotations:
     return Annotations(
         refresh=description.refresh,
         sampled=description.sampled,
-        input_derivatives=description.max_input_derivative_order if description.max_input_derivative_order > 1 else 0,
+        input_derivatives=description.max_input_derivative_order,
         role=description.role,
         step_means={name: means[name] for name in description.variables if name in means},
         shared=tuple(name for name in description.variables if name in shared),

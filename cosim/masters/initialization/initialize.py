@@ -12,7 +12,9 @@ import numpy as np
 from cosim.arrays import FloatArray
 from cosim.errors import AlgebraicLoop, CallFailed, InitializationFailed
 from cosim.masters.calls import Assignment, assign, assignments, read_groups
+from cosim.masters.initialization import slopes
 from cosim.masters.initialization.algebraic_loop import Loop, same_bits
+from cosim.masters.initialization.slopes import Asked
 from cosim.masters.initialization.values import Values
 from cosim.masters.layout import ComponentLayout, Layout, Reading
 from cosim.masters.point import Point
@@ -43,6 +45,7 @@ class Initialization:
     settings: Settings
     held: Settings
     parts: tuple[Part, ...]
+    slopes: tuple[Asked, ...] = ()
 
     @classmethod
     def of(cls, wiring: Wiring, layout: Layout) -> "Initialization":
@@ -50,7 +53,9 @@ class Initialization:
         evaluations = graph.initialization_order(wiring)
         loops = [tuple(graph.loop_path(wiring, e.outputs, initial=True)) if e.loop else () for e in evaluations]
         parts = [Part(layout.readings(wiring, e.outputs), loop) for e, loop in zip(evaluations, loops, strict=True)]
-        return cls(layout, _settings(wiring), _by_component(wiring, wiring.held), tuple(parts))
+        return cls(
+            layout, _settings(wiring), _by_component(wiring, wiring.held), tuple(parts), slopes.asked(wiring, layout)
+        )
 
     def with_settings(self, wiring: Wiring) -> "Initialization":
         """Return the same with the settings of a wiring that differs in nothing else."""
@@ -113,10 +118,10 @@ class Initialization:
             read_groups(slave, outputs.groups, point.values, point.texts)
             if not np.isfinite(point.values[outputs.finite]).all():
                 raise _not_finite(c, point.values, slave)
-            if outputs.derivative_references:
-                point.values[outputs.derivatives] = slave.get_output_derivatives(
-                    outputs.derivative_references, outputs.derivative_orders
-                )
+            if outputs.differences is not None:
+                outputs.differences.forget(point.values)
+        for asked in self.slopes:
+            slopes.read(asked, slaves[asked.component], point.values)
 
     def _refusal(self, values: Values, slaves: Mapping[str, Slave], error: CallFailed) -> InitializationFailed:
         """Return what failed; where a value that is not finite was passed on, the words of the component that made it.

@@ -20,6 +20,7 @@
 #include "structures.h"
 #include "texts.h"
 #include "points.h"
+#include "curves.h"
 #include "crash.h"
 
 static const double FLAG = 0.5;   /* columns.FLAG */
@@ -134,74 +135,105 @@ static int refuse_not_finite(Run *r, integer place, const Group *group)
 
 /* ---- inputs ----------------------------------------------------------------------------------------------------- */
 
-/* A slow source's value at communication point `at`, on the line over its own step. */
-static double between(const Run *r, integer slot, integer place, integer k, integer at)
+static int is_between(integer timing)
 {
-    const Component *s = &r->component[place];
-    integer begin = point_count(r, period_start(s, k)), end = point_count(r, period_end(r, s, k));
-    double fraction = (double)(point_count(r, at) - begin) / (double)(end - begin);
-    return r->point[slot] + (r->newest[slot] - r->point[slot]) * fraction;
+    return timing == MIDPOINT || timing == RAMP || timing == SMOOTH || timing == MEAN;
 }
 
-/* a: source i's value where the target's period begins. */
-static double source_at_start(const Run *r, const Component *c, integer i, integer k)
+static int is_curved(integer timing) { return timing == SMOOTH || timing == MEAN; }
+
+/* A slow source's value at communication point `at`, on the line or curve over its own step; its slope in *slope. */
+static double between(const Run *r, const Component *c, integer i, integer k, integer at, double *slope)
 {
-    if (c->ahead[i] && (c->timing[i] == MIDPOINT || c->timing[i] == RAMP))
-        return between(r, c->source[i], c->source_component[i], k, period_start(c, k));
+    const Component *s = &r->component[c->source_component[i]];
+    const integer begin = point_count(r, period_start(s, k)), end = point_count(r, period_end(r, s, k));
+    const integer since = point_count(r, at) - begin, whole = end - begin, source = c->source[i];
+    const double a = r->point[source], b = r->newest[source];
+    *slope = 0;
+    if (!is_curved(c->timing[i])) return a + (b - a) * ((double)since / (double)whole);
+    {
+        const double h = (double)whole / (double)r->denominator, t = (double)since / (double)r->denominator;
+        const Ends e = {a, b, r->point[c->slope_slot[i]], r->newest[c->slope_slot[i]]};
+        *slope = curve_slope(known(e, h), h, t);
+        return curve_value(known(e, h), h, t);
+    }
+}
+
+/* a: source i's value where the target's period begins; a' in *slope, where the input follows a curve. */
+static double source_at_start(const Run *r, const Component *c, integer i, integer k, double *slope)
+{
+    if (c->ahead[i] && is_between(c->timing[i])) return between(r, c, i, k, period_start(c, k), slope);
+    *slope = is_curved(c->timing[i]) ? r->point[c->slope_slot[i]] : 0;
     return r->point[c->source[i]];
 }
 
-/* The same, in the step of a component that may be at its end. */
-static double begun_value(const Run *r, const Component *c, integer i, integer k)
+/* b, b': the same where the target's period ends. */
+static double source_at_end(const Run *r, const Component *c, integer i, integer k, double *slope)
 {
-    return c->at_end ? c->begun[i] : source_at_start(r, c, i, k);
-}
-
-/* b: source i's value where the target's period ends. */
-static double source_at_end(const Run *r, const Component *c, integer i, integer k)
-{
+    *slope = is_curved(c->timing[i]) ? r->newest[c->slope_slot[i]] : 0;
     if (c->ahead[i] && c->timing[i] != STEP_MEAN) {
-        const Component *s = &r->component[c->source_component[i]];
-        integer end = period_end(r, c, k);
-        if (period_end(r, s, k) > end) {
-            if (c->timing[i] == AT_POINT || c->timing[i] == AFTER_STEP || c->timing[i] == CENTRED)
-                return r->point[c->source[i]];
-            return between(r, c->source[i], c->source_component[i], k, end);
+        const integer end = period_end(r, c, k);
+        if (period_end(r, &r->component[c->source_component[i]], k) > end) {
+            if (is_between(c->timing[i])) return between(r, c, i, k, end, slope);
+            return r->point[c->source[i]];
         }
     }
     return r->newest[c->source[i]];
 }
 
+/* Both ends of input i over a component's step of length h. */
+static Ends ends_of(const Run *r, const Component *c, integer i, integer k, double h)
+{
+    Ends e;
+    if (c->in_step) {
+        e.a = r->point[c->source[i]];
+        e.b = r->newest[c->source[i]];
+        if (!is_curved(c->timing[i])) return e.da = e.db = 0, e;
+        e.da = r->point[c->slope_slot[i]];
+        e.db = r->newest[c->slope_slot[i]];
+        return known(e, h);
+    }
+    if (c->at_end) {
+        e.a = c->begun[i];
+        e.da = c->begun_slope[i];
+    } else {
+        e.a = source_at_start(r, c, i, k, &e.da);
+    }
+    e.b = source_at_end(r, c, i, k, &e.db);
+    return is_curved(c->timing[i]) ? known(e, h) : e;
+}
+
 static int set_inputs(Run *r, integer place, integer k, double h)
 {
     const Component *c = &r->component[place];
-    const integer n = c->inputs;
     integer i;
-    if (!n) return 0;
-    for (i = 0; i < n && c->in_step; i++) {
-        const double a = r->point[c->source[i]], b = r->newest[c->source[i]];
-        const integer timing = c->timing[i];
-        double value = a;
-        if (timing == AFTER_STEP || timing == STEP_MEAN) value = b;
-        else if (timing == MIDPOINT || timing == CENTRED) value = 0.5 * (a + b);
-        c->value[i] = c->factor[i] * value + c->addend[i];
-    }
-    for (i = 0; i < n && !c->in_step; i++) {
-        double value;
+    if (!c->inputs) return 0;
+    for (i = 0; i < c->inputs; i++) {
+        const Ends e = ends_of(r, c, i, k, h);
+        double value = e.a;
         switch (c->timing[i]) {
         case AFTER_STEP:
-        case STEP_MEAN: value = source_at_end(r, c, i, k); break;
-        case MIDPOINT:
-        case CENTRED: value = 0.5 * (begun_value(r, c, i, k) + source_at_end(r, c, i, k)); break;
-        default: value = begun_value(r, c, i, k);
+        case STEP_MEAN: value = e.b; break;
+        case MIDPOINT: value = 0.5 * (e.a + e.b); break;
+        case MEAN: value = curve_mean(e, h); break;
+        case EXTRAPOLATED_MEAN: value += 0.5 * h * slope_or_none(r->point[c->slope_slot[i]]); break;
+        default: break;
         }
         c->value[i] = c->factor[i] * value + c->addend[i];
     }
     if (set_values(r, place, 0)) return 1;
     if (!c->input_derivatives) return 0;
     for (i = 0; i < c->input_derivatives; i++) {
-        integer at = c->position[i];
-        double slope = c->slot[i] < 0 ? (source_at_end(r, c, at, k) - begun_value(r, c, at, k)) / h : r->point[c->slot[i]];
+        const integer at = c->position[i];
+        double slope;
+        if (c->form[i] == SLOT) {
+            slope = slope_or_none(r->point[c->slot[i]]);
+        } else {
+            const Ends e = ends_of(r, c, at, k, h);
+            if (c->form[i] == LINE) slope = (e.b - e.a) / h;
+            else if (c->derivative_orders[i] == 1) slope = e.da;
+            else slope = c->derivative_orders[i] == 2 ? curve_second(e, h) : curve_third(e, h);
+        }
         c->slope[i] = c->factor[at] * slope;
     }
     calling(r, place, CALL_SET_DERIVATIVES, REAL);
@@ -209,17 +241,32 @@ static int set_inputs(Run *r, integer place, integer k, double h)
                                           c->derivative_orders, c->slope));
 }
 
-static int set_centred(Run *r, integer place, integer k)
+/* Set the slopes that moving inputs have at the communication point: the sources', or those of the lines to it. */
+static int set_slopes_now(Run *r, integer place, double h)
 {
-    Component *c = &r->component[place];
+    const Component *c = &r->component[place];
     integer i;
-    if (!c->centred) return 0;
-    for (i = 0; i < c->centred; i++) {
-        integer at = c->centred_position[i];
-        c->centred_value[i] = c->factor[at] * source_at_end(r, c, at, k) + c->addend[at];
+    if (!c->moving) return 0;
+    for (i = 0; i < c->moving; i++) {
+        const integer at = c->moving_position[i], source = c->source[at];
+        const double slope = c->timing[at] == RAMP ? (r->next[source] - r->point[source]) / h
+                                                   : slope_or_none(r->next[c->slope_slot[at]]);
+        c->moving_slope[i] = c->factor[at] * slope;
     }
-    calling(r, place, CALL_SET, REAL);
-    return returned(r, c->set_real(c->instance, c->centred_references, (size_t)c->centred, c->centred_value));
+    calling(r, place, CALL_SET_DERIVATIVES, REAL);
+    return returned(r, c->set_derivatives(c->instance, c->moving_references, (size_t)c->moving, c->moving_orders,
+                                          c->moving_slope));
+}
+
+/* Read the output derivatives of a component into their slots of r->newest. */
+static int get_slopes(Run *r, integer place)
+{
+    const Component *c = &r->component[place];
+    double *slope = r->newest + c->offset + c->outputs;
+    if (!c->output_derivatives) return 0;
+    calling(r, place, CALL_GET_DERIVATIVES, REAL);
+    return returned(r, c->get_derivatives(c->instance, c->output_derivative_references, (size_t)c->output_derivatives,
+                                          c->output_derivative_orders, slope));
 }
 
 /* ---- a step ----------------------------------------------------------------------------------------------------- */
@@ -236,36 +283,41 @@ static int take_turn(Run *r, integer place, integer k, double t, double h)
     if (set_inputs(r, place, k, h)) return 1;
     calling(r, place, CALL_STEP, REAL);
     if (returned(r, c->do_step(c->instance, t, h, 1))) return 1;
-    if (set_centred(r, place, k)) return 1;
     for (g = 0; g < c->output_groups; g++)
         if (get_values(r, place, &c->output_group[g])) return 1;
-    if (c->output_derivatives) {
-        double *slope = r->newest + c->offset + c->outputs;
-        calling(r, place, CALL_GET_DERIVATIVES, REAL);
-        if (returned(r, c->get_derivatives(c->instance, c->output_derivative_references, (size_t)c->output_derivatives,
-                                           c->output_derivative_orders, slope))) return 1;
-    }
+    if (get_slopes(r, place)) return 1;
     for (g = 0; g < c->output_groups; g++)
         if (refuse_not_finite(r, place, &c->output_group[g])) return 1;
+    take_differences(r, c, h);
     return 0;
 }
 
-static int refresh(Run *r, const Reading *reading)
+/* Read outputs again with the inputs of communication point k + 1, h after the one before. */
+static int refresh(Run *r, const Reading *reading, integer k, double h)
 {
     Component *c = &r->component[reading->component];
     integer g, i;
+    if (c->period != 1) h = point_time(r, k + 1) - point_time(r, period_start(c, k));
     for (i = 0; i < c->inputs; i++) {
         double value = (c->timing[i] == STEP_MEAN ? r->newest : r->next)[c->source[i]];
         c->value[i] = c->factor[i] * value + c->addend[i];
     }
     if (set_values(r, reading->component, 1)) return 1;
+    if (reading->slopes && set_slopes_now(r, reading->component, h)) return 1;
     for (g = 0; g < reading->groups; g++)
         if (get_values(r, reading->component, &reading->group[g])) return 1;
+    if (reading->slopes) {
+        const integer first = c->offset + c->outputs;
+        if (get_slopes(r, reading->component)) return 1;
+        memcpy(r->next + first, r->newest + first, (size_t)c->output_derivatives * sizeof(double));
+    }
     for (g = 0; g < reading->groups; g++)
         if (refuse_not_finite(r, reading->component, &reading->group[g])) return 1;
     for (g = 0; g < reading->groups; g++)
         for (i = 0; i < reading->group[g].count; i++)
             r->next[reading->group[g].slots[i]] = r->newest[reading->group[g].slots[i]];
+    take_differences(r, c, h);
+    for (i = 0; i < c->differences; i++) r->next[c->difference_slope[i]] = r->newest[c->difference_slope[i]];
     return 0;
 }
 
@@ -277,7 +329,7 @@ static int step(Run *r, integer k, double t, double h)
     for (i = 0; i < r->components && !r->all_step; i++) {
         const Component *c = &r->component[i];
         if (c->at_end && k == period_start(c, k))
-            for (j = 0; j < c->inputs; j++) c->begun[j] = source_at_start(r, c, j, k);
+            for (j = 0; j < c->inputs; j++) c->begun[j] = source_at_start(r, c, j, k, &c->begun_slope[j]);
     }
     for (i = 0; i < r->components; i++)
         if (is_due(r, &r->component[i], k) && take_turn(r, i, k, t, h)) return 1;
@@ -285,12 +337,11 @@ static int step(Run *r, integer k, double t, double h)
     for (i = 0; i < r->components && !r->all_step; i++) {
         const Component *c = &r->component[i];
         if (period_end(r, c, k) == k + 1)
-            memcpy(r->next + c->offset, r->newest + c->offset,
-                   (size_t)(c->outputs + c->output_derivatives) * sizeof(double));
+            memcpy(r->next + c->offset, r->newest + c->offset, (size_t)c->owned * sizeof(double));
     }
     for (i = 0; i < r->refreshes; i++) {
         const Component *c = &r->component[r->refresh[i].component];
-        if ((r->all_step || period_end(r, c, k) == k + 1) && refresh(r, &r->refresh[i])) return 1;
+        if ((r->all_step || period_end(r, c, k) == k + 1) && refresh(r, &r->refresh[i], k, h)) return 1;
     }
     swap = r->point;
     r->point = r->next;

@@ -14,7 +14,7 @@ from cosim.masters.kernel.library import library
 from cosim.masters.kernel.structures import CALLS, MEMORY, NOT_FINITE, REFUSED, Packed
 from cosim.masters.master import Outcome
 from cosim.masters.point import Point
-from cosim.masters.stepping import failed_step, not_finite
+from cosim.masters.steps import failed_step, not_finite
 from cosim.masters.turns import Turns
 from cosim.masters.types import Kind, Texts
 from cosim.masters.watch import LOOK, Watch

@@ -21,7 +21,8 @@ from fmus.errors import BuildError
 from fmus.toolchain import compile_library
 
 SOURCES = tuple(
-    Path(__file__).with_name(name) for name in ("kernel.c", "structures.h", "texts.h", "points.h", "crash.h")
+    Path(__file__).with_name(name)
+    for name in ("kernel.c", "structures.h", "texts.h", "points.h", "curves.h", "crash.h")
 )
 
 _log = logging.getLogger(__name__)

@@ -13,7 +13,9 @@ typedef int (*SetDerivatives)(void *, const unsigned *, size_t, const int *, con
 typedef int (*GetDerivatives)(void *, const unsigned *, size_t, const int *, double *);
 typedef int (*DoStep)(void *, double, double, int);
 
-enum { AT_POINT, AFTER_STEP, MIDPOINT, RAMP, STEP_MEAN, CENTRED }; /* turns.py */
+/* turns.py */
+enum { AT_POINT, AFTER_STEP, MIDPOINT, RAMP, STEP_MEAN, SMOOTH, MEAN, EXTRAPOLATED, EXTRAPOLATED_MEAN };
+enum { LINE, CURVE, SLOT };
 enum { REAL, INTEGER, BOOLEAN, STRING };                           /* types.Kind */
 enum { OK = 0, WARNING = 1 };                                      /* the FMI statuses that are a success */
 enum { /* structures.CALLS: what failed */
@@ -77,31 +79,34 @@ typedef struct {
     /* inputs: input = factor * value + addend, see layout.Inputs and turns.Turn */
     integer inputs, input_groups, only_real; /* only_real: one group of Reals, of which each takes every value */
     const Group *input_group;
-    const integer *source, *timing, *ahead, *source_component;
+    const integer *source, *slope_slot, *timing, *ahead, *source_component;
     const double *factor, *addend;
-    double *begun, *value; /* work: the sources' values at the start of the period; what is set */
+    double *begun, *begun_slope, *value; /* work: of the sources at the start of the period; what is set */
     integer restricted;
     const Allowed *allowed;
-    /* centred inputs: set to b between the step and the reading of the outputs */
-    integer centred;
-    const unsigned *centred_references;
-    const integer *centred_position;
-    double *centred_value; /* work */
     /* input derivatives, see turns.InputDerivatives */
     integer input_derivatives;
     const unsigned *derivative_references;
     const int *derivative_orders;
-    const integer *position, *slot;
+    const integer *position, *form, *slot;
     double *slope; /* work */
-    /* outputs: `outputs` slots from `offset` on, then `output_derivatives` slots */
-    integer outputs, offset, output_groups, output_derivatives;
+    /* inputs that have slopes when a step ends */
+    integer moving;
+    const unsigned *moving_references;
+    const int *moving_orders;
+    const integer *moving_position;
+    double *moving_slope; /* work */
+    /* outputs: `owned` slots from `offset` on: `outputs`, `output_derivatives`, those of slopes by differences */
+    integer outputs, offset, owned, output_groups, output_derivatives;
     const Group *output_group;
     const unsigned *output_derivative_references;
     const int *output_derivative_orders;
+    integer differences, step_slot;
+    const integer *difference_value, *difference_slope, *difference_before;
 } Component;
 
 typedef struct {
-    integer component, groups;
+    integer component, groups, slopes;
     const Group *group;
 } Reading;
 
@@ -159,14 +164,17 @@ static const integer layout[] = {
     F(Component, set_string), F(Component, get_string), F(Component, set_derivatives),
     F(Component, get_derivatives), F(Component, do_step), F(Component, period), F(Component, at_end), F(Component, in_step),
     F(Component, inputs), F(Component, input_groups), F(Component, only_real), F(Component, input_group), F(Component, source),
-    F(Component, timing), F(Component, ahead), F(Component, source_component), F(Component, factor),
-    F(Component, addend), F(Component, begun), F(Component, value), F(Component, restricted),
-    F(Component, allowed), F(Component, centred), F(Component, centred_references), F(Component, centred_position),
-    F(Component, centred_value), F(Component, input_derivatives), F(Component, derivative_references),
-    F(Component, derivative_orders), F(Component, position), F(Component, slot), F(Component, slope),
-    F(Component, outputs), F(Component, offset), F(Component, output_groups), F(Component, output_derivatives),
-    F(Component, output_group), F(Component, output_derivative_references), F(Component, output_derivative_orders),
-    (integer)sizeof(Reading), F(Reading, component), F(Reading, groups), F(Reading, group),
+    F(Component, slope_slot), F(Component, timing), F(Component, ahead), F(Component, source_component), F(Component, factor),
+    F(Component, addend), F(Component, begun), F(Component, begun_slope), F(Component, value), F(Component, restricted),
+    F(Component, allowed), F(Component, input_derivatives), F(Component, derivative_references),
+    F(Component, derivative_orders), F(Component, position), F(Component, form), F(Component, slot), F(Component, slope),
+    F(Component, moving), F(Component, moving_references), F(Component, moving_orders), F(Component, moving_position),
+    F(Component, moving_slope), F(Component, outputs), F(Component, offset), F(Component, owned),
+    F(Component, output_groups), F(Component, output_derivatives), F(Component, output_group),
+    F(Component, output_derivative_references), F(Component, output_derivative_orders), F(Component, differences),
+    F(Component, step_slot), F(Component, difference_value), F(Component, difference_slope),
+    F(Component, difference_before),
+    (integer)sizeof(Reading), F(Reading, component), F(Reading, groups), F(Reading, slopes), F(Reading, group),
     (integer)sizeof(Run), F(Run, start), F(Run, stop), F(Run, step), F(Run, denominator), F(Run, every),
     F(Run, steps), F(Run, components), F(Run, component), F(Run, refreshes), F(Run, refresh), F(Run, size),
     F(Run, point), F(Run, newest), F(Run, next), F(Run, all_step), F(Run, inputs), F(Run, input_slot),

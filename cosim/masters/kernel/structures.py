@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from cosim.arrays import FloatArray
 from cosim.masters.layout import Group, Inputs
+from cosim.masters.slopes import Differences
 from cosim.masters.turns import Turn, Turns
 from cosim.masters.types import Kind
 from cosim.slaves.breadcrumb import Breadcrumb
@@ -75,23 +76,25 @@ class ComponentStructure(ctypes.Structure):
     _fields_ = [
         *_pointers("name", "warned", "instance", *FUNCTIONS),
         *_integers("period", "at_end", "in_step", "inputs", "input_groups", "only_real"),
-        *_pointers("input_group", "source", "timing", "ahead", "source_component", "factor", "addend"),
-        *_pointers("begun", "value"),
+        *_pointers("input_group", "source", "slope_slot", "timing", "ahead", "source_component", "factor", "addend"),
+        *_pointers("begun", "begun_slope", "value"),
         *_integers("restricted"),
         *_pointers("allowed"),
-        *_integers("centred"),
-        *_pointers("centred_references", "centred_position", "centred_value"),
         *_integers("input_derivatives"),
-        *_pointers("derivative_references", "derivative_orders", "position", "slot", "slope"),
-        *_integers("outputs", "offset", "output_groups", "output_derivatives"),
+        *_pointers("derivative_references", "derivative_orders", "position", "form", "slot", "slope"),
+        *_integers("moving"),
+        *_pointers("moving_references", "moving_orders", "moving_position", "moving_slope"),
+        *_integers("outputs", "offset", "owned", "output_groups", "output_derivatives"),
         *_pointers("output_group", "output_derivative_references", "output_derivative_orders"),
+        *_integers("differences", "step_slot"),
+        *_pointers("difference_value", "difference_slope", "difference_before"),
     ]
 
 
 class ReadingStructure(ctypes.Structure):
     """Outputs that are read again at a communication point."""
 
-    _fields_ = [*_integers("component", "groups"), *_pointers("group")]
+    _fields_ = [*_integers("component", "groups", "slopes"), *_pointers("group")]
 
 
 class RunStructure(ctypes.Structure):
@@ -147,11 +150,13 @@ class Packed:
         self._given = [np.zeros(len(turn.component.inputs.links)) for turn in turns.all]
         layout, schedule, columns = turns.layout, turns.schedule, turns.layout.columns
         self.point, self.newest, self.next = (np.zeros(layout.size) for _ in range(3))
-        self.begun = np.zeros(len(layout.inputs.links))
+        self.begun = np.zeros((2, len(layout.inputs.links)))
         parts = zip(turns.all, instances, self._given, self.warned, strict=True)
         components = self._list(ComponentStructure, [self._component(*part) for part in parts])
         readings = [
-            ReadingStructure(component=turns.turn_of(r), groups=len(r.groups), group=self._groups(r.groups))
+            ReadingStructure(
+                component=turns.turn_of(r), groups=len(r.groups), slopes=r.slopes, group=self._groups(r.groups)
+            )
             for r in turns.refresh
         ]
         inputs = layout.inputs
@@ -234,30 +239,43 @@ class Packed:
             only_real=[group.kind for group in inputs.groups] == [Kind.REAL] and not inputs.allowed,
             input_group=self._groups(inputs.groups),
             source=self._array(inputs.source, np.int64),
+            slope_slot=self._array(inputs.slope, np.int64),
             timing=self._array(turn.timing, np.int64),
             ahead=self._array(turn.ahead, np.int64),
             source_component=self._array(turn.source_turn, np.int64),
             factor=self._array(inputs.factor, np.float64),
             addend=self._array(inputs.addend, np.float64),
-            begun=self.begun.ctypes.data + self.begun.itemsize * turn.begun.start,
+            begun=self.begun[0, turn.begun].ctypes.data,
+            begun_slope=self.begun[1, turn.begun].ctypes.data,
             value=given.ctypes.data,
             restricted=len(inputs.allowed),
             allowed=self._allowed(inputs),
-            centred=len(turn.centred),
-            centred_references=self._array(turn.centred_references, np.uint32),
-            centred_position=self._array(turn.centred, np.int64),
-            centred_value=self._array(np.zeros(len(turn.centred)), np.float64),
             input_derivatives=len(derivatives.references),
             derivative_references=self._array(derivatives.references, np.uint32),
             derivative_orders=self._array(derivatives.orders, np.int32),
             position=self._array(derivatives.position, np.int64),
+            form=self._array(derivatives.form, np.int64),
             slot=self._array(derivatives.slot, np.int64),
             slope=self._array(np.zeros(len(derivatives.references)), np.float64),
+            moving=len(turn.moving),
+            moving_references=self._array(turn.moving_references, np.uint32),
+            moving_orders=self._array(np.ones(len(turn.moving)), np.int32),
+            moving_position=self._array(turn.moving, np.int64),
+            moving_slope=self._array(np.zeros(len(turn.moving)), np.float64),
             outputs=len(outputs.names),
             offset=outputs.offset,
+            owned=outputs.slots.stop - outputs.slots.start,
             output_groups=len(outputs.groups),
             output_derivatives=len(outputs.derivative_references),
             output_group=self._groups(outputs.groups),
             output_derivative_references=self._array(outputs.derivative_references, np.uint32),
             output_derivative_orders=self._array(outputs.derivative_orders, np.int32),
+            **self._differences(outputs.differences),
         )
+
+    def _differences(self, differences: Differences | None) -> dict[str, int]:
+        if differences is None:
+            return {}
+        slots = {"value": differences.value, "slope": differences.slope, "before": differences.before}
+        arrays = {f"difference_{name}": self._array(array, np.int64) for name, array in slots.items()}
+        return {"differences": len(differences.value), "step_slot": differences.step, **arrays}

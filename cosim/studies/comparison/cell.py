@@ -101,7 +101,7 @@ def fly(plant: Plant, controller: Controller, locate: Locate, progress: Progress
         communication_step_size=mission.STEP,
         every=mission.EVERY,
         record=("plant.*", "guidance.*", "actuators.*", "controller.*"),
-        master=Explicit(centred=True),
+        master=Explicit(),
     )
     try:
         run = simulate(make_system(plant, controller, locate), experiment, locate=locate, progress=progress)

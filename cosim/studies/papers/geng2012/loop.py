@@ -99,7 +99,7 @@ def flight(
         },
     )
     # Centred: what observer and controller integrate is then of second order in the step.
-    master = Explicit(centred=True)
+    master = Explicit()
     experiment = Experiment(
         start_time=start, stop_time=STOP_TIME, communication_step_size=1e-3, every=10, master=master
     )

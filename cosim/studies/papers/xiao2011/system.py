@@ -270,4 +270,4 @@ def _flight(name: str, controller: str, size: float, gains: dict[str, Any], limi
     )
     # 1 ms: the switching runs are of first order in the step, 10 ms settles 2 s late, and case L of PID needs 1 ms.
     # Centred: the controller integrates with the measurement of the middle of its step, 0.1 s nearer to the limit.
-    return system, Experiment(stop_time=stop, communication_step_size=1e-3, every=10, master=Explicit(centred=True))
+    return system, Experiment(stop_time=stop, communication_step_size=1e-3, every=10, master=Explicit())

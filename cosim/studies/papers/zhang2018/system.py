@@ -143,14 +143,13 @@ def _flight(experiment: str, reading: str = "degrees") -> Flight:
             "plant": "FlexibleSpacecraft",
         },
         connections=[
-            Connection("plant.q_BN", "controller.q_BN", "after_step"),
-            Connection("plant.omega_BN_B", "controller.omega_BN_B", "after_step"),
-            Connection("guidance.q_RN", "controller.q_RN", "after_step"),
-            Connection("guidance.omega_RN_R", "controller.omega_RN_R", "after_step"),
-            Connection("guidance.omega_dot_RN_R", "controller.omega_dot_RN_R", "after_step"),
+            Connection("plant.q_BN", "controller.q_BN", "smooth"),
+            Connection("plant.omega_BN_B", "controller.omega_BN_B", "smooth"),
+            Connection("guidance.q_RN", "controller.q_RN", "smooth"),
+            Connection("guidance.omega_RN_R", "controller.omega_RN_R", "smooth"),
+            Connection("guidance.omega_dot_RN_R", "controller.omega_dot_RN_R", "smooth"),
             Connection("controller.tau_command_B", "plant.tau_B", "at_point"),
-            # A known function of time: its mean over the step is at hand without an iteration, and second order.
-            Connection("environment.tau_dist_B", "plant.tau_dist_B", "midpoint"),
+            Connection("environment.tau_dist_B", "plant.tau_dist_B", "smooth"),
         ],
         held={"plant.h_B": [0.0, 0.0, 0.0]},
         vehicle={
@@ -175,7 +174,7 @@ def _flight(experiment: str, reading: str = "degrees") -> Flight:
         },
     )
     # Centred: with the measurement held over a step, mu_hat(200 s) would be off by 3.4e-5, h/2 tau_mu |s(0)| e^-1.
-    master = Explicit(centred=True)
+    master = Explicit(extrapolation=1)
     step = angles.step if prescribed else 1e-3
     return system, Experiment(
         stop_time=STOP_TIME, communication_step_size=step, every=round(0.01 / step), master=master
