@@ -1,5 +1,6 @@
 """What can go wrong between a system on paper and its last row: one class per kind, text made from its fields."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -137,6 +138,38 @@ class StepFailed(SimulationError):
         last = self.last_successful_time
         reached = f" (last successful time {last:.12g} s)" if last is not None else ""
         return f"{self.component} returned {self.status} at {where}{reached}{words}"
+
+
+@dataclass(eq=False)
+class NotConverged(StepFailed):
+    """An iterated step whose values do not come to agree; `component` is the one of the value that is furthest off.
+
+    `loop`: the outputs that are sought. `variable`, `change`: which of them still changes most, and by how much of its
+    size; `tolerance`: how much is allowed. `halvings`: how often the step was halved; `why`: what kept it from more.
+    """
+
+    loop: Sequence[str] = ()
+    change: float = math.inf
+    tolerance: float = 0.0
+    halvings: int = 0
+    why: str = ""
+
+    @property
+    def grown(self) -> bool:
+        """Whether a value that is not finite is what failed: then nothing was left to agree upon."""
+        return False
+
+    def __str__(self) -> str:
+        """Where, what, both numbers, what may help."""
+        where = f"the step from {self.time:.12g} s, {self.step:.3g} s long"
+        halved = f"halved {self.halvings} times" if self.halvings else "not halved"
+        also = f" ({self.why})" if self.why else ""
+        return (
+            f"{where}, does not converge: {self.component}.{self.variable} still changes by {self.change:.3g} of "
+            f"its size, allowed are {self.tolerance:.3g}; it was {halved}{also}. Sought were {', '.join(self.loop)}. Choose "
+            "a shorter step or a larger tolerance; a law that switches within the step may have no solution: "
+            "master=Explicit()."
+        )
 
 
 @dataclass(eq=False)

@@ -281,7 +281,8 @@ class Prepared:
             event = {"time": reached, "variable": flight.ended_by, "meaning": "the FMU ended the run (fmi2Terminated)"}
         result.info |= runinfo.ending(plan.course.schedule, reached, failure, event)
         result.info |= {"messages": runinfo.messages(flight.crew)}
-        result.info |= {"rows": len(result), "loop": {"name": flight.flown.name, "reason": flight.flown.reason}}
+        loop = {"name": flight.flown.name, "reason": flight.flown.reason, "evaluations": flight.evaluations}
+        result.info |= {"rows": len(result), "loop": loop}
         if self._metrics is not None and folder is not None:
             # of a run that failed too; what ended it must not be hidden by what is made of its rows
             with suppress(Exception) if failure is not None else nullcontext():
@@ -307,6 +308,7 @@ class _Flight:
         rows = schedule.steps // schedule.every + 3
         self.recorder = Recorder(folder, course.layout.columns, point.texts, rows)
         self.flown = Flown("none", "nothing was flown")
+        self.evaluations = 0
         self.failure: Exception | None = None
         self.ended_by = ""  # the FMU that asked for the end
         self.interrupted = False
@@ -335,6 +337,7 @@ class _Flight:
                         self.interrupted = True  # the last row tells how far it came
                     finally:
                         going.close()
+                        self.evaluations = watch.evaluations
                         self.interrupted = self.interrupted or bool(watch.stop.value)
         except StepFailed as error:
             if error.terminated:

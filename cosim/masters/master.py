@@ -14,7 +14,7 @@ from cosim.time import Schedule
 
 @dataclass(frozen=True)
 class Outcome:
-    """Where an algorithm came: the point, an estimate of its error (None: it has none), evaluations of the FMUs."""
+    """Where an algorithm came: the point, an estimate of its error (None: it has none), how often the FMUs stepped."""
 
     point: Point
     error: float | None = None

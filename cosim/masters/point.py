@@ -20,8 +20,8 @@ class Point:
     `values` has every slot of the layout as it is seen at that point, shape (size,); `newest` what the components
     returned last, ahead of it where a slow component has stepped already; `begun`, shape (2, n), the sources' values
     and slopes at the start of the period of every input, in the order of the layout's components, for components that
-    step at its end. `texts` are the texts that the slots of Strings number. `states`: the serialized FMU states by
-    instance, where they were asked for.
+    step at its end. `texts` are the texts that the slots of Strings number. `memory`: what an algorithm has learned, in
+    its own words. `states`: the serialized FMU states by instance, where they were asked for.
     """
 
     index: int
@@ -29,6 +29,7 @@ class Point:
     newest: FloatArray
     begun: FloatArray
     texts: Texts
+    memory: FloatArray = field(default_factory=lambda: np.zeros(0))
     states: Mapping[str, bytes] = field(default_factory=dict[str, bytes])
 
     @classmethod
@@ -42,7 +43,8 @@ class Point:
     def copy(self) -> "Point":
         """Return a point that shares nothing with this one."""
         texts = Texts(self.texts.all()[1:])
-        return Point(self.index, self.values.copy(), self.newest.copy(), self.begun.copy(), texts, dict(self.states))
+        values, newest, begun, memory = (a.copy() for a in (self.values, self.newest, self.begun, self.memory))
+        return Point(self.index, values, newest, begun, texts, memory, dict(self.states))
 
     def with_states(self, slaves: Mapping[str, Slave]) -> "Point":
         """Return the point with the states of the FMUs, which stand at it.
@@ -81,6 +83,7 @@ class Point:
             values=self.values,
             newest=self.newest,
             begun=self.begun,
+            memory=self.memory,
             texts=_joined(texts),
             text_lengths=np.array([len(t) for t in texts], dtype=np.int64),
             instances=np.array(list(states), dtype=np.str_),
@@ -101,6 +104,7 @@ class Point:
                 file["newest"],
                 file["begun"],
                 Texts(texts[1:]),
+                file["memory"],
                 dict(zip(map(str, file["instances"]), states, strict=True)),
             )
 

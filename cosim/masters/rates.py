@@ -26,7 +26,12 @@ def mistakes(wiring: Wiring, schedule: Schedule) -> list[WiringError]:
     """Return what is wrong with the rates of a wiring whose stepping order exists."""
     late = waiting(wiring)
     found = {str(m): m for link in wiring.links if (m := _mistake(wiring, link, late)) is not None}
-    return [*found.values(), *_shortened(wiring, schedule), *_missampled(wiring, schedule)]
+    return [*found.values(), *of_one_rate(wiring, schedule)]
+
+
+def of_one_rate(wiring: Wiring, schedule: Schedule) -> list[WiringError]:
+    """Return what is wrong with single components: a last step that is shorter, samples between steps."""
+    return [*_shortened(wiring, schedule), *_missampled(wiring, schedule)]
 
 
 def _missampled(wiring: Wiring, schedule: Schedule) -> Iterator[WiringError]:

@@ -23,6 +23,7 @@ def run(algorithm: Algorithm, control: Control, point: Point, watch: Watch) -> G
                 yield point
                 clock.looked()
             outcome = algorithm.advance(point, control.until(point, far=algorithm.records))
+            watch.evaluations += outcome.evaluations
             if control.accepts(outcome):
                 point = outcome.point
                 if not algorithm.records:

@@ -37,13 +37,14 @@ class Stepping:
 
     def advance(self, point: Point, until: int) -> Outcome:
         """Take communication steps up to `until`; see `Algorithm`."""
+        begun = point.index
         try:
             while point.index < until:
                 point = self._step(point)
         except StepFailed as error:
             blame(error, self._named)
             raise
-        return Outcome(point)
+        return Outcome(point, None, point.index - begun)
 
     def _step(self, at: Point) -> Point:
         k = at.index

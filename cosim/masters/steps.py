@@ -26,16 +26,28 @@ from cosim.slaves.slave import Slave
 
 
 def take(
-    turn: Turn, slave: Slave, ends: Ends, begun: FloatArray, newest: FloatArray, texts: Texts, t: float, h: float
+    turn: Turn,
+    slave: Slave,
+    ends: Ends,
+    begun: FloatArray,
+    newest: FloatArray,
+    texts: Texts,
+    t: float,
+    h: float,
+    *,
+    fresh: bool = False,
 ) -> None:
     """Step a component from t to t + h, its sources' values and slopes at both `ends` given.
 
-    `begun`: all slots at t; `newest`: all slots, takes what the component returns. Raises `StepFailed`, `ValueRefused`.
+    `begun`: all slots at t; `newest`: all slots, takes what the component returns. `fresh`: inputs that were held
+    between both ends are set to those of the end before outputs are read. Raises `StepFailed`, `ValueRefused`.
     """
     outputs = turn.component.outputs
     try:
         _set_inputs(turn, slave, ends, begun, texts, t, h)
         slave.do_step(t, h)
+        if fresh and turn.halfway:
+            write_inputs(slave, turn.component.inputs, _at_end(turn, ends), texts)
         read_groups(slave, outputs.groups, newest, texts)
         if outputs.derivative_references:
             newest[outputs.derivatives] = slave.get_output_derivatives(
@@ -46,6 +58,10 @@ def take(
     _refuse_not_finite(turn, slave, t, h, outputs.groups, newest)
     if outputs.differences is not None:
         outputs.differences.take(begun, newest, h)
+
+
+def _at_end(turn: Turn, ends: Ends) -> FloatArray:
+    return turn.component.inputs.factor * ends.b + turn.component.inputs.addend
 
 
 def _set_inputs(turn: Turn, slave: Slave, ends: Ends, begun: FloatArray, texts: Texts, t: float, h: float) -> None:

@@ -3,6 +3,7 @@
 The Python loop (stepping.py) and the kernel take the same turns with the same arithmetic.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -85,6 +86,11 @@ class Turn:
         return bool(self.curved.any())
 
     @cached_property
+    def halfway(self) -> bool:
+        """Whether any input is held between the values at both ends."""
+        return bool(((self.timing == MIDPOINT) | (self.timing == MEAN)).any())
+
+    @cached_property
     def moving_references(self) -> tuple[int, ...]:
         """Value references of the inputs that have slopes when a step ends."""
         return tuple(self.component.inputs.references[i] for i in self.moving)
@@ -124,8 +130,21 @@ class Turns:
         """
         if mistakes := rates.mistakes(wiring, schedule):
             raise WiringErrors(wiring.system, mistakes)
-        order = graph.stepping_order(wiring)
-        late = rates.waiting(wiring)
+        again = graph.refresh_order(wiring).evaluations
+        readings = [reading for e in again for reading in layout.readings(wiring, e.outputs)]
+        return cls.ordered(wiring, layout, schedule, graph.stepping_order(wiring), rates.waiting(wiring), readings)
+
+    @classmethod
+    def ordered(
+        cls,
+        wiring: Wiring,
+        layout: Layout,
+        schedule: Schedule,
+        order: Sequence[str],
+        late: frozenset[str] = frozenset(),
+        refresh: Sequence[Reading] = (),
+    ) -> "Turns":
+        """Return the turns in an order; `late`: who steps at the end of its period; `refresh`: what is read again."""
         by_name = {c.name: c for c in layout.components}
         begun, first = dict[str, slice](), 0
         for c in layout.components:
@@ -147,9 +166,7 @@ class Turns:
                 begun=begun[name],
             )
 
-        again = graph.refresh_order(wiring).evaluations
-        readings = [reading for e in again for reading in layout.readings(wiring, e.outputs)]
-        return cls(layout, schedule, tuple(turn(name) for name in order), tuple(readings))
+        return cls(layout, schedule, tuple(turn(name) for name in order), tuple(refresh))
 
 
 def _input_derivatives(wiring: Wiring, component: ComponentLayout, layout: Layout) -> InputDerivatives:

@@ -51,13 +51,17 @@ class Block:
 
 @dataclass
 class Watch:
-    """Rows and ends of one run. `stop` is a flag in memory that a thread may set and the kernel reads: not 0, stop."""
+    """Rows and ends of one run. `evaluations`: how often its FMUs have stepped, of loops where steps are repeated.
+
+    `stop` is a flag in memory that a thread may set and the kernel reads: not 0, stop.
+    """
 
     layout: Layout
     schedule: Schedule
     block: Block
     stop: ctypes.c_int = field(default_factory=ctypes.c_int)
     last_row: int = -1
+    evaluations: int = 0
 
     def row(self, point: Point, *, whatever: bool = False) -> None:
         """Record a point if it is to be recorded, `whatever` the schedule says if asked so, and once only."""

@@ -82,7 +82,7 @@ class Kernel:
                 blame(self._failure, self._named)
             if run.done == point.index:
                 raise self._failure  # else at the next call: what was reached before it counts
-        return Outcome(self._reached(point.texts))
+        return Outcome(self._reached(point.texts), None, run.done - point.index)
 
     def _put(self, point: Point) -> None:
         """Copy a point into the kernel's arrays."""
