@@ -166,8 +166,8 @@ class NotConverged(StepFailed):
         also = f" ({self.why})" if self.why else ""
         return (
             f"{where}, does not converge: {self.component}.{self.variable} still changes by {self.change:.3g} of "
-            f"its size, allowed are {self.tolerance:.3g}; it was {halved}{also}. Sought were {', '.join(self.loop)}. Choose "
-            "a shorter step or a larger tolerance; a law that switches within the step may have no solution: "
+            f"its size, allowed are {self.tolerance:.3g}; it was {halved}{also}. Sought were {', '.join(self.loop)}. "
+            "Choose a shorter step or a larger tolerance; a law that switches within the step may have no solution: "
             "master=Explicit()."
         )
 

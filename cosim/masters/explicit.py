@@ -7,7 +7,7 @@ from typing import Literal
 from cosim.errors import NotSupported, UnknownName
 from cosim.masters.control.constant import Constant
 from cosim.masters.kernel.kernel import Kernel
-from cosim.masters.kernel.library import obstacle
+from cosim.masters.kernel.library import KERNEL, obstacle
 from cosim.masters.layout import Layout
 from cosim.masters.master import Algorithm, Control, Flown
 from cosim.masters.stepping import Stepping
@@ -20,7 +20,6 @@ from cosim.time import Schedule
 
 PRESETS = ("declared", "jacobi", "gauss_seidel")
 INPUTS = ("declared", "held", "ramp", "smooth")
-KERNEL = ("auto", "never", "always")
 
 
 @dataclass(frozen=True)

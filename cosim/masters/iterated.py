@@ -10,6 +10,8 @@ from cosim.masters.control.constant import Constant
 from cosim.masters.implicit.cut import Stage, stages
 from cosim.masters.implicit.iterating import Iterating
 from cosim.masters.implicit.plan import Plan
+from cosim.masters.kernel.iterated import IteratedKernel, iterated_obstacle
+from cosim.masters.kernel.library import KERNEL
 from cosim.masters.layout import Layout
 from cosim.masters.master import Algorithm, Control, Flown
 from cosim.masters.turns import Turns
@@ -29,15 +31,18 @@ class Iterated:
     Every input whose source moves follows it through both ends of the step: `inputs` "smooth", the cubic with the
     source's slopes (order 4), or "ramp", the line (order 2), as far as its FMU can. Outputs of sampled components and
     step means are held. `tolerance`: up to which part of their nominal size the exchanged values agree.
+    `kernel`: whether the loop runs in the compiled kernel.
     """
 
     inputs: Literal["smooth", "ramp"] = "smooth"
     tolerance: float = 1e-9
+    kernel: Literal["auto", "never", "always"] = "auto"
 
     def __post_init__(self) -> None:
         """Raise `UnknownName` or `NotSupported` for settings that do not exist."""
-        if self.inputs not in INPUTS:
-            raise UnknownName("inputs", self.inputs, "Iterated", INPUTS)
+        for name, known in (("inputs", INPUTS), ("kernel", KERNEL)):
+            if getattr(self, name) not in known:
+                raise UnknownName(name, getattr(self, name), "Iterated", known)
         if not 0 < self.tolerance < 1:
             raise NotSupported(f"tolerance = {self.tolerance:g}", "It must be above 0 and below 1, such as 1e-9.")
 
@@ -114,8 +119,16 @@ class IteratedCourse:
         return [turn.component.name for turn in self.plan.turns.all]
 
     def algorithm(self, slaves: Mapping[str, Slave], watch: Watch) -> tuple[Algorithm, Flown]:
-        """Return the loop in Python."""
-        return Iterating(self.plan, slaves, self.master.tolerance), Flown("python", "")
+        """Return the kernel where it can fly these instances and may, else the loop in Python.
+
+        Raises `NotSupported` where only the kernel may, and cannot.
+        """
+        reason = 'kernel="never"' if self.master.kernel == "never" else iterated_obstacle(slaves)
+        if not reason:
+            return IteratedKernel(self.plan, slaves, watch, self.master.tolerance), Flown("kernel")
+        if self.master.kernel == "always":
+            raise NotSupported(f'kernel="always": {reason}', 'Choose kernel="auto".')
+        return Iterating(self.plan, slaves, self.master.tolerance), Flown("python", reason)
 
     def control(self) -> Control:
         """Return the control of the steps: all of one size."""

@@ -82,6 +82,8 @@ static const char *function_name(integer call, integer kind)
     case CALL_GET: return get[kind];
     case CALL_SET_DERIVATIVES: return "fmi2SetRealInputDerivatives";
     case CALL_GET_DERIVATIVES: return "fmi2GetRealOutputDerivatives";
+    case CALL_GET_STATE: return "fmi2GetFMUstate";
+    case CALL_SET_STATE: return "fmi2SetFMUstate";
     default: return "fmi2DoStep";
     }
 }

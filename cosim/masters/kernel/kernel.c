@@ -241,6 +241,15 @@ static int set_inputs(Run *r, integer place, integer k, double h)
                                           c->derivative_orders, c->slope));
 }
 
+/* Set the inputs to their sources' values at the end of the step. */
+static int set_ends(Run *r, integer place, integer k, double h)
+{
+    const Component *c = &r->component[place];
+    integer i;
+    for (i = 0; i < c->inputs; i++) c->value[i] = c->factor[i] * ends_of(r, c, i, k, h).b + c->addend[i];
+    return set_values(r, place, 1);
+}
+
 /* Set the slopes that moving inputs have at the communication point: the sources', or those of the lines to it. */
 static int set_slopes_now(Run *r, integer place, double h)
 {
@@ -282,7 +291,8 @@ static int take_turn(Run *r, integer place, integer k, double t, double h)
     }
     if (set_inputs(r, place, k, h)) return 1;
     calling(r, place, CALL_STEP, REAL);
-    if (returned(r, c->do_step(c->instance, t, h, 1))) return 1;
+    if (returned(r, c->do_step(c->instance, t, h, !r->stages))) return 1;
+    if (r->stages && c->halfway && set_ends(r, place, k, h)) return 1;
     for (g = 0; g < c->output_groups; g++)
         if (get_values(r, place, &c->output_group[g])) return 1;
     if (get_slopes(r, place)) return 1;
@@ -349,6 +359,8 @@ static int step(Run *r, integer k, double t, double h)
     return 0;
 }
 
+#include "iterated.h"
+
 /* Put into the own slot of every connected input what its source gives it at the communication point. */
 static void show_inputs(Run *r)
 {
@@ -382,7 +394,8 @@ EXPORT int kernel_run(Run *r, integer until, double seconds, double *rows, integ
     while (r->done < until && *count < capacity && !*r->stop_asked) {
         if (r->stop_slot >= 0 && r->point[r->stop_slot] > FLAG) break;
         next = point_time(r, r->done + 1);
-        if (step(r, r->done, t, next - t)) break;
+        if (r->stages ? iterated_step(r, r->done, t, next - t) : step(r, r->done, t, next - t)) break;
+        if (r->stages) show_inputs(r);
         r->done++;
         t = next;
         if (r->done == next_row) {
@@ -400,6 +413,7 @@ EXPORT int kernel_run(Run *r, integer until, double seconds, double *rows, integ
             next_look = r->done + look;
         }
     }
+    if (r->stages) free_states(r);
     r->calling = 0;
     show_inputs(r);
     return 0;

@@ -10,6 +10,7 @@ import numpy as np
 from cosim.errors import CallFailed, NotSupported, SimulationError, StepFailed, status_name
 from cosim.masters.calls import refusal
 from cosim.masters.culprit import blame
+from cosim.masters.implicit.plan import Plan
 from cosim.masters.kernel.library import library
 from cosim.masters.kernel.structures import CALLS, MEMORY, NOT_FINITE, REFUSED, Packed
 from cosim.masters.master import Outcome
@@ -25,14 +26,14 @@ _kept: "WeakKeyDictionary[Slave, tuple[Turns, list[int], Packed]]" = WeakKeyDict
 """By the first slave of a crew: the turns that it flew last, packed. A crew flies one flight at a time."""
 
 
-def _pack(turns: Turns, slaves: Sequence[Slave], instances: Sequence[CInterface]) -> Packed:
+def _pack(turns: Turns, slaves: Sequence[Slave], instances: Sequence[CInterface], plan: Plan | None) -> Packed:
     """Return turns in C structures, those of the last flight where it was of the same turns and instances."""
     addresses = [instance.component for instance in instances]
     kept = _kept.get(slaves[0]) if slaves else None
     if kept is not None and kept[0] is turns and kept[1] == addresses:
         kept[2].run.failed_call = 0
         return kept[2]
-    packed = Packed(turns, instances)
+    packed = Packed(turns, instances, plan)
     if slaves:
         _kept[slaves[0]] = turns, addresses, packed
     return packed
@@ -43,21 +44,32 @@ def _function(call: int, kind: int) -> str:
 
 
 class Kernel:
-    """`Stepping` bit for bit, over slaves that offer C interfaces (library.obstacle)."""
+    """`Stepping` bit for bit, over slaves that offer C interfaces (library.obstacle).
+
+    With a `plan` and its `tolerance` it is `Iterating`, but for steps at which it is `stuck`: these are left to Python.
+    """
 
     records = True
 
-    def __init__(self, turns: Turns, slaves: Mapping[str, Slave], watch: Watch) -> None:
+    def __init__(
+        self,
+        turns: Turns,
+        slaves: Mapping[str, Slave],
+        watch: Watch,
+        plan: Plan | None = None,
+        tolerance: float = 0.0,
+    ) -> None:
         self.turns, self.watch = turns, watch
         self._named, self.slaves = slaves, [slaves[turn.component.name] for turn in turns.all]
         found = [slave.c_interface() for slave in self.slaves]
         instances = [interface for interface in found if isinstance(interface, CInterface)]
-        self._packed, self._library = _pack(turns, self.slaves, instances), library()
+        self._packed, self._library = _pack(turns, self.slaves, instances, plan), library()
         self._texts = self._library.kernel_texts()
         self._free = weakref.finalize(self, self._library.kernel_free_texts, self._texts)
         self._numbered = 0
         run = self._packed.run
         run.texts, run.stop_asked = self._texts, ctypes.addressof(watch.stop)
+        run.tolerance = tolerance
         self._failure: SimulationError | None = None
 
     def advance(self, point: Point, until: int) -> Outcome:
@@ -82,14 +94,21 @@ class Kernel:
                 blame(self._failure, self._named)
             if run.done == point.index:
                 raise self._failure  # else at the next call: what was reached before it counts
-        return Outcome(self._reached(point.texts), None, run.done - point.index)
+        return Outcome(self._reached(point.texts), None, run.evaluations if run.stages else run.done - point.index)
+
+    @property
+    def stuck(self) -> bool:
+        """Whether the next step takes more than the kernel can do."""
+        return bool(self._packed.run.stuck)
 
     def _put(self, point: Point) -> None:
         """Copy a point into the kernel's arrays."""
         packed, run = self._packed, self._packed.run
         packed.point[:], packed.newest[:], packed.begun[:] = point.values, point.newest, point.begun
         run.point, run.newest, run.next = (a.ctypes.data for a in (packed.point, packed.newest, packed.next))
-        run.done, run.last_row = point.index, self.watch.last_row
+        packed.memory[:] = point.memory
+        run.memory, run.memory_next = packed.memory.ctypes.data, packed.memory_next.ctypes.data
+        run.done, run.last_row, run.evaluations, run.stuck = point.index, self.watch.last_row, 0, 0
         for text in point.texts.all()[self._numbered :]:
             if self._library.kernel_text_number(self._texts, text) < 0:
                 raise MemoryError("no memory for the texts of the run")
@@ -99,10 +118,12 @@ class Kernel:
         """Return the point that the kernel has reached."""
         packed, run = self._packed, self._packed.run
         values = packed.point if run.point == packed.point.ctypes.data else packed.next
+        memory = packed.memory if run.memory == packed.memory.ctypes.data else packed.memory_next
         for number in range(self._numbered, self._library.kernel_text_count(self._texts)):
             texts.number(self._library.kernel_text(self._texts, number))
         self._numbered = len(texts)
-        return Point(run.done, values.copy(), packed.newest.copy(), packed.begun.copy(), texts)
+        newest, begun = packed.newest.copy(), packed.begun.copy()
+        return Point(run.done, values.copy(), newest, begun, texts, memory.copy())
 
     def _note_warnings(self) -> None:
         """Tell the slaves of their calls that returned fmi2Warning."""

@@ -22,8 +22,11 @@ from fmus.toolchain import compile_library
 
 SOURCES = tuple(
     Path(__file__).with_name(name)
-    for name in ("kernel.c", "structures.h", "texts.h", "points.h", "curves.h", "crash.h")
+    for name in ("kernel.c", "structures.h", "texts.h", "points.h", "curves.h", "iterated.h", "crash.h")
 )
+
+KERNEL = ("auto", "never", "always")
+"""What a master may be told of it."""
 
 _log = logging.getLogger(__name__)
 _lock = threading.Lock()

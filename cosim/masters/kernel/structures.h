@@ -12,6 +12,8 @@ typedef int (*GetString)(void *, const unsigned *, size_t, const char **);
 typedef int (*SetDerivatives)(void *, const unsigned *, size_t, const int *, const double *);
 typedef int (*GetDerivatives)(void *, const unsigned *, size_t, const int *, double *);
 typedef int (*DoStep)(void *, double, double, int);
+typedef int (*GetState)(void *, void **);
+typedef int (*SetState)(void *, void *);
 
 /* turns.py */
 enum { AT_POINT, AFTER_STEP, MIDPOINT, RAMP, STEP_MEAN, SMOOTH, MEAN, EXTRAPOLATED, EXTRAPOLATED_MEAN };
@@ -25,11 +27,13 @@ enum { /* structures.CALLS: what failed */
     CALL_STEP,
     CALL_GET,
     CALL_GET_DERIVATIVES,
+    CALL_GET_STATE,
+    CALL_SET_STATE,
     CALL_NOT_FINITE,
     CALL_REFUSED,
     CALL_MEMORY
 };
-enum { KINDS = 4, CALLS = CALL_GET_DERIVATIVES + 1 };
+enum { KINDS = 4, CALLS = CALL_SET_STATE + 1 };
 /* A call as one number: which component, what, of which kind; 0 is none. */
 #define CALLING(component, call, kind) ((component) << 8 | (call) << 4 | (kind))
 #define CALLING_COMPONENT(calling) ((calling) >> 8)
@@ -75,6 +79,10 @@ typedef struct {
     SetDerivatives set_derivatives;
     GetDerivatives get_derivatives;
     DoStep do_step;
+    GetState get_state;
+    SetState set_state;
+    GetState free_state;
+    void *state; /* work: its FMU state where the step began */
     integer period, at_end, in_step; /* in_step: it and its sources step in every communication step */
     /* inputs: input = factor * value + addend, see layout.Inputs and turns.Turn */
     integer inputs, input_groups, only_real; /* only_real: one group of Reals, of which each takes every value */
@@ -91,6 +99,7 @@ typedef struct {
     const integer *position, *form, *slot;
     double *slope; /* work */
     /* inputs that have slopes when a step ends */
+    integer halfway; /* whether any input is held between both ends */
     integer moving;
     const unsigned *moving_references;
     const int *moving_orders;
@@ -109,6 +118,14 @@ typedef struct {
     integer component, groups, slopes;
     const Group *group;
 } Reading;
+
+/* Components that are repeated until their unknowns agree, see implicit/plan.py. */
+typedef struct {
+    integer first, members, unknowns, values, memory;
+    const integer *slots, *value, *slope, *partner;
+    const double *nominal;
+    double *x, *residual, *change, *matrix; /* work */
+} Loop;
 
 /* The distinct texts of a run; a slot of a String holds the number of its text. */
 typedef struct {
@@ -135,6 +152,14 @@ typedef struct {
     integer stop_slot; /* the flag that ends the run where it is above FLAG, -1: none */
     const volatile int *stop_asked; /* not 0: return after the step that is running */
     Texts *texts;
+    /* of the iterated master: its stages, a turn or -1 - loop */
+    integer stages;
+    const integer *stage;
+    Loop *loop;
+    double tolerance;
+    integer memory_size;
+    double *memory, *memory_next; /* what the loops have learned; work */
+    integer evaluations, stuck; /* how often loops have stepped; whether the step is left to Python */
     /* where the run stands */
     integer done, last_row, calling; /* calling: which function of an FMU it is in */
     /* what ended it, if anything did */
@@ -162,24 +187,29 @@ static const integer layout[] = {
     (integer)sizeof(Component), F(Component, name), F(Component, warned), F(Component, instance), F(Component, set_real), F(Component, get_real),
     F(Component, set_integer), F(Component, get_integer), F(Component, set_boolean), F(Component, get_boolean),
     F(Component, set_string), F(Component, get_string), F(Component, set_derivatives),
-    F(Component, get_derivatives), F(Component, do_step), F(Component, period), F(Component, at_end), F(Component, in_step),
+    F(Component, get_derivatives), F(Component, do_step), F(Component, get_state), F(Component, set_state),
+    F(Component, free_state), F(Component, state), F(Component, period), F(Component, at_end), F(Component, in_step),
     F(Component, inputs), F(Component, input_groups), F(Component, only_real), F(Component, input_group), F(Component, source),
     F(Component, slope_slot), F(Component, timing), F(Component, ahead), F(Component, source_component), F(Component, factor),
     F(Component, addend), F(Component, begun), F(Component, begun_slope), F(Component, value), F(Component, restricted),
     F(Component, allowed), F(Component, input_derivatives), F(Component, derivative_references),
     F(Component, derivative_orders), F(Component, position), F(Component, form), F(Component, slot), F(Component, slope),
-    F(Component, moving), F(Component, moving_references), F(Component, moving_orders), F(Component, moving_position),
+    F(Component, halfway), F(Component, moving), F(Component, moving_references), F(Component, moving_orders), F(Component, moving_position),
     F(Component, moving_slope), F(Component, outputs), F(Component, offset), F(Component, owned),
     F(Component, output_groups), F(Component, output_derivatives), F(Component, output_group),
     F(Component, output_derivative_references), F(Component, output_derivative_orders), F(Component, differences),
     F(Component, step_slot), F(Component, difference_value), F(Component, difference_slope),
     F(Component, difference_before),
     (integer)sizeof(Reading), F(Reading, component), F(Reading, groups), F(Reading, slopes), F(Reading, group),
+    (integer)sizeof(Loop), F(Loop, first), F(Loop, members), F(Loop, unknowns), F(Loop, values), F(Loop, memory),
+    F(Loop, slots), F(Loop, value), F(Loop, slope), F(Loop, partner), F(Loop, nominal), F(Loop, x), F(Loop, residual),
+    F(Loop, change), F(Loop, matrix),
     (integer)sizeof(Run), F(Run, start), F(Run, stop), F(Run, step), F(Run, denominator), F(Run, every),
     F(Run, steps), F(Run, components), F(Run, component), F(Run, refreshes), F(Run, refresh), F(Run, size),
     F(Run, point), F(Run, newest), F(Run, next), F(Run, all_step), F(Run, inputs), F(Run, input_slot),
     F(Run, input_source), F(Run, input_factor), F(Run, input_addend), F(Run, columns), F(Run, column_slot),
-    F(Run, stop_slot), F(Run, stop_asked), F(Run, texts), F(Run, done), F(Run, last_row), F(Run, calling), F(Run, failed_call),
+    F(Run, stop_slot), F(Run, stop_asked), F(Run, texts), F(Run, stages), F(Run, stage), F(Run, loop), F(Run, tolerance),
+    F(Run, memory_size), F(Run, memory), F(Run, memory_next), F(Run, evaluations), F(Run, stuck), F(Run, done), F(Run, last_row), F(Run, calling), F(Run, failed_call),
     F(Run, failed_component), F(Run, failed_status), F(Run, failed_slot), F(Run, failed_kind),
     (integer)sizeof(Breadcrumb), F(Breadcrumb, thread), F(Breadcrumb, process), F(Breadcrumb, instance),
     F(Breadcrumb, function), F(Breadcrumb, run), F(Breadcrumb, time), F(Breadcrumb, file), F(Breadcrumb, at),

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cosim.arrays import FloatArray
+from cosim.masters.implicit.plan import Loop, Plan
 from cosim.masters.layout import Group, Inputs
 from cosim.masters.slopes import Differences
 from cosim.masters.turns import Turn, Turns
@@ -21,10 +22,12 @@ CALLS = {
     3: "fmi2DoStep",
     4: "fmi2Get{kind}",
     5: "fmi2GetRealOutputDerivatives",
+    6: "fmi2GetFMUstate",
+    7: "fmi2SetFMUstate",
 }
 """What failed by its number in structures.h, where a call of the FMU did."""
 
-NOT_FINITE, REFUSED, MEMORY = 6, 7, 8
+NOT_FINITE, REFUSED, MEMORY = 8, 9, 10
 
 FUNCTIONS = {
     "set_real": "fmi2SetReal",
@@ -38,6 +41,9 @@ FUNCTIONS = {
     "set_derivatives": "fmi2SetRealInputDerivatives",
     "get_derivatives": "fmi2GetRealOutputDerivatives",
     "do_step": "fmi2DoStep",
+    "get_state": "fmi2GetFMUstate",
+    "set_state": "fmi2SetFMUstate",
+    "free_state": "fmi2FreeFMUstate",
 }
 
 _Fields = list[tuple[str, Any]]
@@ -74,7 +80,7 @@ class ComponentStructure(ctypes.Structure):
     """A component in its turn."""
 
     _fields_ = [
-        *_pointers("name", "warned", "instance", *FUNCTIONS),
+        *_pointers("name", "warned", "instance", *FUNCTIONS, "state"),
         *_integers("period", "at_end", "in_step", "inputs", "input_groups", "only_real"),
         *_pointers("input_group", "source", "slope_slot", "timing", "ahead", "source_component", "factor", "addend"),
         *_pointers("begun", "begun_slope", "value"),
@@ -82,7 +88,7 @@ class ComponentStructure(ctypes.Structure):
         *_pointers("allowed"),
         *_integers("input_derivatives"),
         *_pointers("derivative_references", "derivative_orders", "position", "form", "slot", "slope"),
-        *_integers("moving"),
+        *_integers("halfway", "moving"),
         *_pointers("moving_references", "moving_orders", "moving_position", "moving_slope"),
         *_integers("outputs", "offset", "owned", "output_groups", "output_derivatives"),
         *_pointers("output_group", "output_derivative_references", "output_derivative_orders"),
@@ -95,6 +101,13 @@ class ReadingStructure(ctypes.Structure):
     """Outputs that are read again at a communication point."""
 
     _fields_ = [*_integers("component", "groups", "slopes"), *_pointers("group")]
+
+
+class LoopStructure(ctypes.Structure):
+    """Components that are repeated until their unknowns agree."""
+
+    _fields_ = [*_integers("first", "members", "unknowns", "values", "memory")]
+    _fields_ += _pointers("slots", "value", "slope", "partner", "nominal", "x", "residual", "change", "matrix")
 
 
 class RunStructure(ctypes.Structure):
@@ -113,6 +126,12 @@ class RunStructure(ctypes.Structure):
         *_pointers("column_slot"),
         *_integers("stop_slot"),
         *_pointers("stop_asked", "texts"),
+        *_integers("stages"),
+        *_pointers("stage", "loop"),
+        ("tolerance", ctypes.c_double),
+        *_integers("memory_size"),
+        *_pointers("memory", "memory_next"),
+        *_integers("evaluations", "stuck"),
         *_integers("done", "last_row", "calling", "failed_call", "failed_component", "failed_status", "failed_slot"),
         *_integers("failed_kind"),
     ]
@@ -124,6 +143,7 @@ STRUCTURES = (
     WarnedStructure,
     ComponentStructure,
     ReadingStructure,
+    LoopStructure,
     RunStructure,
     Breadcrumb,
 )
@@ -141,10 +161,10 @@ class Packed:
     """Turns in C structures; keeps every array alive that they point to.
 
     `point`, `newest`, `next` and `begun` are the arrays that the kernel works on. `warned` has for each turn, call and
-    kind how often it returned fmi2Warning, and in which communication step first.
+    kind how often it returned fmi2Warning, and in which communication step first. `plan`: of the iterated master.
     """
 
-    def __init__(self, turns: Turns, instances: Sequence[CInterface]) -> None:
+    def __init__(self, turns: Turns, instances: Sequence[CInterface], plan: Plan | None = None) -> None:
         self._kept: list[Any] = []
         self.warned = np.zeros((len(turns.all), len(CALLS) + 1, len(Kind), 2), np.int64)
         self._given = [np.zeros(len(turn.component.inputs.links)) for turn in turns.all]
@@ -177,6 +197,33 @@ class Packed:
             columns=len(columns.names),
             column_slot=self._array(columns.slots, np.int64),
             stop_slot=layout.stop_slot,
+        )
+        self.memory, self.memory_next = (np.zeros(plan.memory if plan else 0) for _ in range(2))
+        if plan is not None:
+            self._plan(plan)
+
+    def _plan(self, plan: Plan) -> None:
+        """Put the stages of the iterated master into the run."""
+        run, loops = self.run, plan.loops
+        stages = [-1 - loops.index(stage) if isinstance(stage, Loop) else stage for stage in plan.stages]
+        run.stages, run.stage = len(stages), self._array(stages, np.int64)
+        run.loop = self._list(LoopStructure, [self._loop(loop) for loop in loops])
+        run.memory_size = len(self.memory)
+
+    def _loop(self, loop: Loop) -> LoopStructure:
+        n = loop.size
+        work = {name: self._array(np.zeros(n), np.float64) for name in ("x", "residual", "change")}
+        numbers = {name: self._array(getattr(loop, name), np.int64) for name in ("slots", "value", "slope", "partner")}
+        return LoopStructure(
+            first=loop.turns[0],
+            members=len(loop.turns),
+            unknowns=n,
+            values=len(loop.partner),
+            memory=loop.memory.start,
+            nominal=self._array(loop.nominal, np.float64),
+            matrix=self._array(np.zeros(n * n), np.float64),
+            **numbers,
+            **work,
         )
 
     def given(self, turn: int, place: int) -> float:
@@ -257,6 +304,7 @@ class Packed:
             form=self._array(derivatives.form, np.int64),
             slot=self._array(derivatives.slot, np.int64),
             slope=self._array(np.zeros(len(derivatives.references)), np.float64),
+            halfway=turn.halfway,
             moving=len(turn.moving),
             moving_references=self._array(turn.moving_references, np.uint32),
             moving_orders=self._array(np.ones(len(turn.moving)), np.int32),
