@@ -11,7 +11,7 @@ from cosim.errors import NotConverged, StepFailed
 from cosim.masters import steps
 from cosim.masters.culprit import blame
 from cosim.masters.curves import Ends
-from cosim.masters.implicit import jacobian, newton
+from cosim.masters.implicit import differences, newton, sensitivity
 from cosim.masters.implicit.plan import Loop, Memory, Plan
 from cosim.masters.master import Outcome
 from cosim.masters.point import Point
@@ -121,11 +121,15 @@ class Iterating:
                 self._take(place, point, newest, t, h)
             return newest[loop.slots]
 
-        def renew(x: FloatArray, result: FloatArray) -> FloatArray:
-            return jacobian.by_differences(loop, x, result, h, evaluate)
+        def derived(_x: FloatArray, _result: FloatArray) -> FloatArray:
+            return sensitivity.jacobian(loop.members, loop.slots, self.layout.size, self._named, h)
 
+        def differenced(x: FloatArray, result: FloatArray) -> FloatArray:
+            return differences.jacobian(loop, x, result, h, evaluate)
+
+        renewals = [derived, differenced] if loop.members else [differenced]
         learned = Memory(memory[loop.memory], loop.size)
-        found = newton.find(loop, learned, point.values[loop.slots], h, self.tolerance, evaluate, renew)
+        found = newton.find(loop, learned, point.values[loop.slots], h, self.tolerance, evaluate, renewals)
         if not found.known:
             worst = loop.names[found.worst]
             component, _, variable = worst.partition(".")

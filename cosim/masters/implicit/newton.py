@@ -11,7 +11,7 @@ the components stand at the end of the step already. The size of a change is mea
 slope by what it changes over the step: |dx_i| / w_i and h |dx'_i| / w_i, w_i = nominal_i + |x_i|.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,16 +81,16 @@ def find(
     h: float,
     tolerance: float,
     evaluate: Evaluate,
-    renew: Callable[[FloatArray, FloatArray], FloatArray] | None,
+    renewals: Sequence[Callable[[FloatArray, FloatArray], FloatArray]] = (),
 ) -> Solved:
     """Find the unknowns; on success the components stand at the end of the step, and the memory has learned from it.
 
-    `now`: the unknowns at the start. `renew(x, F(x))` returns a new Jacobian; None: the step is given up where one is
-    needed.
+    `now`: the unknowns at the start. Each of `renewals`, of x and F(x), returns a new Jacobian, and is called in its
+    turn where the one at hand does not serve; after the last of them the step is given up.
     """
     jacobian = memory.jacobian.copy() if memory.known else None
-    x, change, last, slow, renewed = predict(loop, memory, now, h), None, np.inf, 0, False
-    found, worst = np.inf, 0
+    x, change, last, slow = predict(loop, memory, now, h), None, np.inf, 0
+    found, worst, left = np.inf, 0, list(renewals)
     for _ in range(MOST):
         residual = evaluate(x) - x
         if not np.isfinite(residual).all():
@@ -105,12 +105,10 @@ def find(
                 return Solved(True, found, worst)
             slow += found > SLOW * last
             last = found
-        if change is None or (slow >= PATIENCE and not renewed):
-            if renew is None or renewed:
+        while change is None or slow >= PATIENCE:
+            if not left:
                 return Solved(False, found, worst)
-            jacobian, renewed, slow, last = renew(x, residual + x), True, 0, np.inf
+            jacobian, slow, last = left.pop(0)(x, residual + x), 0, np.inf
             change = solve(jacobian, -residual)
-            if change is None:
-                return Solved(False, found, worst)
         x = x + change
     return Solved(False, found, worst)

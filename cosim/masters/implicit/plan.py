@@ -10,7 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from cosim.arrays import BoolArray, FloatArray, IntArray
+from cosim.masters.implicit import sensitivity
 from cosim.masters.implicit.cut import Stage
+from cosim.masters.implicit.sensitivity import Member
 from cosim.masters.layout import Layout
 from cosim.masters.turns import Turns
 from cosim.system.wiring import Wiring
@@ -22,7 +24,8 @@ class Loop:
 
     `slots`: of the unknowns, values first. `value`: for each the place of its value among them; `slope`: which are
     slopes. `nominal`: of the values. `partner`: for each value the place of its slope among the unknowns, -1: none.
-    `memory`: its part of `Point.memory`. `names`: of the outputs.
+    `memory`: its part of `Point.memory`. `names`: of the outputs. `members`: for the Jacobian, none where it is made
+    by differences.
     """
 
     turns: tuple[int, ...]
@@ -33,6 +36,7 @@ class Loop:
     partner: IntArray
     memory: slice
     names: tuple[str, ...]
+    members: tuple[Member, ...]
 
     @property
     def size(self) -> int:
@@ -127,4 +131,5 @@ def _loop(wiring: Wiring, layout: Layout, members: tuple[int, ...], stage: Stage
         partner=np.array(partner, dtype=np.int64),
         memory=slice(first, first + Memory.length(n)),
         names=tuple(map(str, (*stage.cut, *sloping))),
+        members=sensitivity.members(wiring, layout, stage.members),
     )

@@ -10,7 +10,7 @@ DIFFERENCE = 1e-6
 """Of its weight, by which an unknown is moved: rounding and curvature each spoil some six digits of a column."""
 
 
-def by_differences(loop: Loop, x: FloatArray, result: FloatArray, h: float, evaluate: Evaluate) -> FloatArray:
+def jacobian(loop: Loop, x: FloatArray, result: FloatArray, h: float, evaluate: Evaluate) -> FloatArray:
     """Return the Jacobian at x, where F(x) is `result`, shape (n, n); raises what the members raise."""
     moves = DIFFERENCE * weight(loop, x) / np.where(loop.slope, h, 1.0)
     matrix = np.zeros((loop.size, loop.size))
