@@ -26,7 +26,7 @@ def of(fmus: Mapping[str, Path], connections: Sequence[tuple], **system: Any) ->
 
 def experiment(stop=1.0, step=0.1, loop="always", **more: Any) -> Experiment:
     """An experiment; settings of `Explicit` by their names."""
-    master = {name: more.pop(name) for name in ("preset", "extrapolation", "centred") if name in more}
+    master = {name: more.pop(name) for name in ("preset", "inputs", "extrapolation") if name in more}
     return Experiment(stop_time=stop, communication_step_size=step, master=Explicit(kernel=loop, **master), **more)
 
 

@@ -76,6 +76,7 @@ class Fake:
         self.warned: dict[str, tuple[int, float]] = {}
         self.values = {v.name: v.start if v.start is not None else 0.0 for v in description.variables.values()} | values
         self.slopes: dict[str, float] = {}
+        self.higher: dict[tuple[str, int], float] = {}
         self.calls: list[tuple] = []
         self._names = {v.value_reference: v.name for v in description.variables.values()}
 
@@ -138,8 +139,9 @@ class Fake:
         self.values |= new
 
     def set_input_derivatives(self, references, orders, values):
-        assert set(orders) == {1}
-        self.slopes = {self._names[r]: float(x) for r, x in zip(references, values, strict=True)}
+        given = list(zip(references, orders, map(float, values), strict=True))
+        self.slopes = {self._names[r]: x for r, n, x in given if n == 1}
+        self.higher = {(self._names[r], n): x for r, n, x in given if n > 1}
 
     def get_output_derivatives(self, references, orders):
         return np.array([self.slope(self._names[r], n) for r, n in zip(references, orders, strict=True)])
@@ -147,7 +149,7 @@ class Fake:
     def do_step(self, t, h):
         self.calls.append(("step", t, h))
         self.advance(t, h, self.values, self.slopes)
-        self.slopes = {}
+        self.slopes, self.higher = {}, {}
 
     def directional_derivative(self, unknowns, knowns, seed):
         raise CallFailed(self.name, "fmi2GetDirectionalDerivative", "fmi2Error")
@@ -187,13 +189,14 @@ class Fake:
 
 
 class Integrator(Fake):
-    """x' = u, exactly for a constant or ramped input; y = x; x0 can be set."""
+    """x' = u, exactly for an input with derivatives up to order 3; y = x; x0 can be set."""
 
     def __init__(self, name: str, x0: float = 0.0, **capabilities):
         super().__init__(name, describe(inputs=["u"], states={"y": x0}, **capabilities))
 
     def advance(self, t, h, v, slopes):
-        v["y"] += h * (v["u"] + 0.5 * h * slopes.get("u", 0.0))
+        second, third = (self.higher.get(("u", n), 0.0) for n in (2, 3))
+        v["y"] += h * (v["u"] + h / 2 * (slopes.get("u", 0.0) + h / 3 * (second + h / 4 * third)))
 
 
 class Clock(Fake):

@@ -75,5 +75,5 @@ import dataclasses
 def system():
     """zhang2018-ppatc with the loop in Python."""
     system, experiment = scenario("zhang2018-ppatc")
-    return system, dataclasses.replace(experiment, master=Explicit(centred=True, kernel="never"))
+    return system, dataclasses.replace(experiment, master=Explicit(inputs="smooth", extrapolation=1, kernel="never"))
 '''

@@ -311,7 +311,7 @@ both.fly(both.of(dict.fromkeys("abc", fmu), links), stop=5.0, every=7)
 print("types")
 for steps in ({"a": 2}, {"b": 2, "c": 4}, {"a": 3, "c": 2}, {"a": 2**62}):
     both.fly(both.of(dict.fromkeys("abc", fmu), links, steps=steps), stop=5.0)
-both.fly(both.of({"a": tiny, "b": tiny}, [("a.y", "b.u", "after_step")], held={"a.u": 1.0}), stop=5.0, centred=True)
+both.fly(both.of({"a": tiny, "b": tiny}, [("a.y", "b.u", "after_step")], held={"a.u": 1.0}), stop=5.0, inputs="ramp")
 print("rates")
 held = {"a.r_in": 0.0, "a.i_in": 1, "a.b_in": True, "a.e_in": 1, "a.s_in": "w"}
 both.fly(both.of({"a": fmu}, [], held=held), stop=1.0, step=0.0005)

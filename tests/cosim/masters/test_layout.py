@@ -1,5 +1,7 @@
 """Where values have their places: without any order, an own slot for each connected input."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
@@ -39,13 +41,19 @@ def test_a_cycle_of_ramps_has_a_layout_though_no_order():
         Explicit().course(wiring, Schedule.of(0, 1, 0.1, 1), ("*",))
 
 
-@pytest.mark.parametrize("derivatives", [0, 2])
-def test_every_variable_has_a_slot_of_its_own(derivatives):
-    wiring = wired([*CYCLE, ("a.y", "d.u", "at_point")], [*map(Integrator, "abcde")], held={"e.u": 3.0})
-    layout = Layout.of(wiring, derivatives=lambda link: derivatives)
+@pytest.mark.parametrize(("extrapolation", "told"), [(0, 0), (1, 0), (1, 1), (2, 1), (2, 2)])
+def test_every_variable_has_a_slot_of_its_own(extrapolation, told):
+    slaves = [Integrator(n, max_output_derivative_order=told, can_interpolate_inputs=True) for n in "abcde"]
+    for slave in slaves:
+        slave.description = replace(slave.description, max_input_derivative_order=2)
+    links = [("a.y", "b.u"), ("b.y", "c.u"), ("c.y", "a.u"), ("a.y", "d.u", "at_point")]
+    layout = Layout.of(Explicit(extrapolation=extrapolation).timed(wired(links, slaves, held={"e.u": 3.0})))
+    differences = [c.outputs.differences for c in layout.components if c.outputs.differences is not None]
     taken = [*layout.slots.values(), *layout.derivative_slots.values()]
+    taken += [slot for d in differences for slot in (*d.before, d.step)]
     assert sorted(taken) == list(range(layout.size))
-    assert layout.size == 5 + 5 + 3 * derivatives  # outputs, inputs; the slopes of the three sources
+    # outputs, inputs; the slopes of the three sources: as told, or by differences, with the last value and step
+    assert layout.size == 5 + 5 + 3 * (min(extrapolation, told) if told else 3 if extrapolation else 0)
     assert layout.slots[Port("a", "u")] != layout.slots[Port("c", "y")]
     assert layout.slots[Port("b", "u")] != layout.slots[Port("d", "u")]  # both from a.y
     assert layout.constants == (3.0,) and layout.slots[Port("e", "u")] == layout.held

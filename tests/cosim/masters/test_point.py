@@ -129,7 +129,7 @@ class TestResumed:
 
     @pytest.mark.parametrize("steps", [{}, {"actuators": 4, "plant": 2}], ids=str)
     def test_a_paper_s_system_of_native_fmus(self, kernel, steps):
-        """Centred, step means, ramps; at several rates the wheels are ahead, and the body waits for its environment."""
+        """Step means, ramps; at several rates the wheels are ahead, and the body waits for its environment."""
         system, experiment = scenario("xiao2011-l2gain")
         master = replace(experiment.master, kernel=kernel)
         voyage = Voyage(replace(system, steps=steps), master, 0.2, 0.001, Library("native"))

@@ -81,10 +81,10 @@ class TestBothLoops:
         assert len(texts) == 1 + len(range(0, 21, steps.get("c", 1)))  # the start, and one of each step of c
 
     @pytest.mark.parametrize("preset", ["jacobi", "gauss_seidel"])
-    def test_presets_and_centred(self, fmu, preset):
+    def test_presets_and_inputs(self, fmu, preset):
         system = both.of(dict.fromkeys("abc", fmu), loop("after_step"))
         both.fly(system, stop=1.0, preset=preset)
-        both.fly(system, stop=1.0, preset=preset, centred=True)
+        both.fly(system, stop=1.0, preset=preset, inputs="smooth", extrapolation=1)
 
     def test_python_fmus_carry_all_types_too(self, tmp_path):
         """The same values from an FMU whose Strings live in Python objects."""

@@ -67,9 +67,13 @@ class TestRefresh:
         assert strings(refresh.evaluations) == ["early.y"]
         assert refresh.delayed == ()
 
-    @pytest.mark.parametrize("timing", ["midpoint", "ramp"])
-    def test_midpoint_and_ramp_are_stale(self, timing):
+    @pytest.mark.parametrize("timing", ["midpoint", "mean", "extrapolated", "extrapolated_mean"])
+    def test_what_is_held_or_extrapolated_is_stale(self, timing):
         assert strings(refresh_order(wiring([Clock("c"), Gain("g")], f"c.y g.u {timing}")).evaluations) == ["g.y"]
+
+    @pytest.mark.parametrize("timing", ["after_step", "ramp", "smooth"])
+    def test_what_ends_at_the_source_s_value_is_fresh(self, timing):
+        assert refresh_order(wiring([Clock("c"), Gain("g")], f"c.y g.u {timing}")).evaluations == ()
 
     def test_delayed_without_the_mark(self):
         (path,) = refresh_order(wiring([Clock("c"), Gain("g", refresh=False)], "c.y g.u at_point")).delayed

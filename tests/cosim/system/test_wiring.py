@@ -139,7 +139,7 @@ class TestTimings:
 
     def test_unknown_timing(self):
         assert only([("c.y", "i.u", "later")], [Integrator("i"), Clock("c")], held={}) == (
-            'c.y -> i.u has timing "later". Choose at_point, after_step, midpoint, ramp.'
+            'c.y -> i.u has timing "later". Choose at_point, after_step, midpoint, ramp, smooth.'
         )
 
     def rates(self, connections, slaves, **steps):
