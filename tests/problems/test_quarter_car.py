@@ -1,0 +1,77 @@
+"""The quarter car over a step of the road against scipy's DOP853 of its equations, with linear and cubic damping."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.integrate import solve_ivp
+
+from cosim import prepare
+from cosim.masters.explicit import Explicit
+from fmus.export.build import build
+
+from ..cosim import both
+from .quarter_car import LINEAR, Chassis, Wheel
+
+LINKS = [("wheel.v_w", "chassis.v_w", "after_step"), ("chassis.F", "wheel.F")]
+STOP = 2.0  # s
+FAST = 64.2
+"""sqrt((k_c + k_w) / m_w), rad/s: a master of order p shows it up to some FAST * step, the ratio of the next term."""
+
+
+def exact(t: np.ndarray, v_d: float) -> np.ndarray:
+    """s, v_c, z_w, v_w at the times t, as rows: 400 and 40 kg, 15 and 150 kN/m, 1 kN s/m, road 0.1 m."""
+
+    def rates(_, x):
+        s, v_c, z_w, v_w = x
+        v_s = v_c - v_w
+        force = 15e3 * s + 1e3 * v_s + 1e3 * v_s**3 / v_d**2
+        return [v_s, -force / 400.0, v_w, (force - 150e3 * (z_w - 0.1)) / 40.0]
+
+    return solve_ivp(rates, (0.0, t[-1]), np.zeros(4), "DOP853", t_eval=t, rtol=1e-12, atol=1e-14).y.T
+
+
+@pytest.fixture(scope="module", params=["native", "python"])
+def prepared(request, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("quarter_car")
+    fmus = {
+        name: build(c, folder / f"{name}.fmu", request.param)
+        for name, c in {"chassis": Chassis(), "wheel": Wheel()}.items()
+    }
+    with prepare(both.of(fmus, LINKS)) as ready:
+        yield ready
+
+
+def error(prepared, master, step: float, v_d: float) -> float:
+    """The largest error of the extension s over the whole flight, by the largest |s|."""
+    setup = replace(both.experiment(stop=STOP, step=step), master=master)
+    run = prepared.fly(setup, parameters={"chassis.v_d": v_d})
+    s = exact(run.time, v_d)[:, 0]
+    return np.abs(run["chassis.s"] - s).max() / np.abs(s).max()
+
+
+def orders(prepared, master, steps, v_d: float) -> np.ndarray:
+    errors = [error(prepared, master, step, v_d) for step in steps]
+    return np.log2(np.divide(errors[:-1], errors[1:]))
+
+
+DAMPERS = pytest.mark.parametrize("v_d", [LINEAR, 2.0], ids=["linear", "cubic"])
+
+
+@DAMPERS
+def test_energy_falls_by_the_work_of_the_damper(v_d):
+    """The reference itself: what the damper takes is what the masses and springs lose."""
+    t = np.linspace(0, STOP, 4001)
+    s, v_c, z_w, v_w = exact(t, v_d).T
+    energy = 200 * v_c**2 + 7.5e3 * s**2 + 20 * v_w**2 + 75e3 * (z_w - 0.1) ** 2
+    power = 1e3 * (v_c - v_w) ** 2 * (1 + ((v_c - v_w) / v_d) ** 2)
+    work = np.sum((power[:-1] + power[1:]) / 2) * (t[1] - t[0])
+    # the trapezoidal rule errs by some (FAST h)^2 / 12 of the whole
+    assert_allclose(energy[0] - energy[-1], work, rtol=(FAST * 5e-4) ** 2)
+
+
+@DAMPERS
+def test_held_inputs_are_of_order_one(prepared, v_d):
+    steps = (5e-4, 2.5e-4, 1.25e-4)
+    assert_allclose(orders(prepared, Explicit(), steps, v_d), 1.0, atol=FAST * steps[0])
