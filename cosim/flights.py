@@ -146,6 +146,11 @@ class Prepared:
         self._wiring = wire(system, self._descriptions)
         self._plans: dict[Any, _Plan] = {}
 
+    @property
+    def wiring(self) -> Wiring:
+        """The system as it is wired, with the descriptions of its FMUs."""
+        return self._wiring
+
     def __enter__(self) -> "Prepared":
         return self
 
