@@ -7,6 +7,7 @@ import typer
 
 from cosim.cli import console
 from cosim.cli.options import Backend, Extrapolation, Force, Master, Params, Set, Step, Stop, Use, reported
+from cosim.time import in_words
 
 if TYPE_CHECKING:
     from cosim.studies.verification import Verification
@@ -67,7 +68,7 @@ def verify_(
 def _write(found: "Verification") -> None:
     """Flights, variables and the largest step, a table each."""
     console.write(f"{found.system} by {found.exchange}, {found.stop_time:g} s")
-    rows = [(_step(t.step), t.ended, f"{t.wall:.2f} s", f"{t.cpu:.2f} s") for t in found.trials]
+    rows = [(in_words(t.step), t.ended, f"{t.wall:.2f} s", f"{t.cpu:.2f} s") for t in found.trials]
     console.write_table(("step", "flight", "loop", "CPU in all"), rows, whole=(0, 2, 3))
     if len(found.compared) < 2:
         console.write("fewer than two flights came to their end: nothing to compare. Try a shorter step: --step")
@@ -78,7 +79,7 @@ def _write(found: "Verification") -> None:
 
 
 def _write_variables(found: "Verification") -> None:
-    first, second, *third = map(_step, found.compared)
+    first, second, *third = map(in_words, found.compared)
     finer = f"{second} - {third[0]}" if third else "-"
     head = ("variable", "unit", "largest", f"{first} - {second}", finer, "order", f"error at {first}", "")
     rows = [
@@ -95,16 +96,10 @@ def _write_variables(found: "Verification") -> None:
 def _write_limit(found: "Verification") -> None:
     limit = found.limit
     assert limit is not None
-    flies = "no step was found that flies" if limit.flies is None else f"{_step(limit.flies)} flies"
-    fails = "" if limit.fails is None else f", {_step(limit.fails)} does not ({limit.how})"
+    flies = "no step was found that flies" if limit.flies is None else f"{in_words(limit.flies)} flies"
+    fails = "" if limit.fails is None else f", {in_words(limit.fails)} does not ({limit.how})"
     remark = f"; {limit.remark}" if limit.remark else ""
     console.write(f"\nlargest step: {flies}{fails}{remark}; {limit.trials} flights")
-
-
-def _step(step: object) -> str:
-    """Return a step in the unit in which it is a short number: 0.0005 s is 0.5 ms."""
-    seconds = float(step)  # pyright: ignore
-    return f"{seconds:g} s" if seconds >= 1 else f"{seconds * 1e3:g} ms"
 
 
 def _figure(value: float | None) -> str:

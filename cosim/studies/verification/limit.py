@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from cosim.studies.verification.trial import OutOfTime, Trial
-from cosim.time import written
+from cosim.time import in_words
 
 DIGITS = 2
 """To how many decimal digits the step is searched."""
@@ -47,7 +47,7 @@ class _Search:
         if trial.interrupted:
             raise KeyboardInterrupt
         if trial.result is None:
-            self.refusal = self.refusal or f"steps of {written(step)} are refused: {trial.ended}"
+            self.refusal = self.refusal or f"steps of {in_words(step)} are refused: {trial.ended}"
             return None
         if trial.finished:
             self.flies = step if self.flies is None else max(step, self.flies)
@@ -85,7 +85,7 @@ def largest_step(attempt: Callable[[Fraction], Trial], first: Fraction, shortest
     except KeyboardInterrupt:
         remark = INTERRUPTED
     if not remark and search.fails is None:
-        remark = search.refusal or f"none diverges up to {written(longest)}, {FEWEST} steps of the flight"
+        remark = search.refusal or f"none diverges up to {in_words(longest)}, {FEWEST} steps of the flight"
     return Limit(search.flies, search.fails, search.how, remark or search.refusal, search.trials)
 
 

@@ -10,32 +10,24 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from cosim.errors import NotSupported
 from cosim.flights import Locate, Prepared, Progress, prepare
 from cosim.masters.exchange import name_of
 from cosim.masters.explicit import Explicit
 from cosim.results.folder import finite, make_folder, write_text
+from cosim.results.sizes import sizes, unlike
 from cosim.studies import roles
 from cosim.studies.verification.convergence import Convergence, converge
 from cosim.studies.verification.limit import FEWEST, INTERRUPTED, Limit, largest_step
 from cosim.studies.verification.trial import Trial, fly
 from cosim.system import Experiment, System
 from cosim.system.wiring import Wiring
-from cosim.time import Schedule, exact_seconds, written
+from cosim.time import Schedule, exact_seconds, in_words, written
 from fmus.description.names import split_element
 
 FILE = "verification.json"
 FLIGHTS, MOST = 3, 4
 """Flights that are compared, and how many are flown where the coarsest one diverges."""
-
-GROWN = 10.0
-"""A flight diverges where a variable is so many times larger, or smaller, than at half the step: it may be finite yet,
-and the finer one have grown too."""
-
-NOISE = 1e-12
-"""What is no larger than this is rounding."""
 
 TRIAL_ROWS = 100
 SEARCH = 60.0
@@ -186,12 +178,12 @@ def _judged(trial: Trial, finer: Trial) -> Trial:
     """Return a flight as one that did not finish where it differs in size from one at a shorter step that did."""
     if not (trial.finished and finer.finished and trial.result is not None and finer.result is not None):
         return trial
-    for name in finer.result.names:
-        a, b = (float(np.max(np.abs(run[name]), initial=NOISE)) for run in (trial.result, finer.result))
-        if not b / GROWN <= a <= b * GROWN:
-            words = f"diverges: {name} reaches {a:.3g}, at steps of {written(finer.step)} {b:.3g}"
-            return replace(trial, finished=False, ended=words)
-    return trial
+    own, others = sizes(trial.result), sizes(finer.result)
+    name = unlike(own, others)
+    if not name:
+        return trial
+    words = f"diverges: {name} reaches {own[name]:.3g}, at {in_words(finer.step)} {others[name]:.3g}"
+    return replace(trial, finished=False, ended=words)
 
 
 def _schedule(setup: Experiment, step: Fraction) -> Schedule:

@@ -58,7 +58,9 @@ def fly(
     began = time.process_time()
     failure: SimulationError | None = None
     try:
-        result = prepared.fly(replace(experiment, communication_step_size=step), parameters=parameters, progress=look)
+        result = prepared.fly(
+            replace(experiment, communication_step_size=step), parameters=parameters, progress=look, advise=False
+        )
     except SimulationError as error:
         failure, result = error, error.result
     cpu = time.process_time() - began

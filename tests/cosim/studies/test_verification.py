@@ -79,7 +79,7 @@ class TestEnds:
         """The same for 1 s: 2.2^31 = 4e10."""
         found = verify(prepared, setup(0.032))
         assert [t.finished for t in found.trials] == [False, True, True, True]
-        assert found.trials[0].ended == "diverges: store.x reaches 4.12e+10, at steps of 0.016 s 1"
+        assert found.trials[0].ended == "diverges: store.x reaches 4.12e+10, at 16 ms 1"
 
     def test_finer_ones_may_grow_more_than_coarser_ones(self, prepared):
         """k h = 40, 20, 10, 5 for 4 s: 39^10, 19^20, 9^40, 4^80, of which none is judged as the finest."""
@@ -143,7 +143,7 @@ class TestLimit:
     def test_none_up_to_a_tenth_of_the_flight(self, prepared):
         limit = verify(prepared, setup(1e-3, stop=0.1), search=60.0).limit
         assert limit.fails is None
-        assert limit.remark == "none diverges up to 0.01 s, 10 steps of the flight"
+        assert limit.remark == "none diverges up to 10 ms, 10 steps of the flight"
 
     def test_it_is_not_searched_unasked(self, prepared):
         assert verify(prepared, setup(1e-3)).limit is None
@@ -159,7 +159,7 @@ class TestLimit:
     def test_refused_steps_say_nothing_of_the_exchange(self):
         limit = largest_step(lambda step: trial(step, True, refused=step > 3 * MS), MS, MS / 4, 100 * MS)
         assert (limit.flies, limit.fails) == (2 * MS, None)
-        assert limit.remark == "steps of 0.004 s are refused: refused"
+        assert limit.remark == "steps of 4 ms are refused: refused"
 
     def test_the_bracket_is_kept_where_time_runs_out(self):
         def attempt(step):
