@@ -65,3 +65,18 @@ FAST = 33.5
 def test_held_inputs_are_of_order_one(prepared, preset):
     steps = (1e-3, 5e-4, 2.5e-4)
     assert_allclose(orders(prepared, Explicit(preset=preset), steps), 1.0, atol=FAST * steps[0])
+
+
+SLOPES = Explicit(inputs="smooth", extrapolation=1)
+
+
+def test_true_slopes_are_of_order_two(prepared):
+    steps = (1e-2, 5e-3, 2.5e-3)
+    assert_allclose(orders(prepared, SLOPES, steps), 2.0, atol=FAST * steps[0])
+    assert error(prepared, SLOPES, 1e-2) < 3e-2
+
+
+def test_a_wrong_slope_would_be_of_order_one(prepared):
+    """The slope of a force that follows x_2 with x_2 held: what extrapolation is without smooth inputs."""
+    steps = (1e-3, 5e-4)
+    assert_allclose(orders(prepared, Explicit(extrapolation=1), steps), 1.0, atol=FAST * steps[0])
