@@ -122,6 +122,8 @@ class StepFailed(SimulationError):
     """Whether the FMU asked for the end of the run (fmi2Discard with fmi2Terminated), which is no failure."""
     culprits: Sequence[str] = ()
     """Who made the value grow, in words, where it is another than `component`."""
+    remedy: str = ""
+    """Which exchange diverged and at which step the same flight passes, in words, where trials tell."""
 
     @property
     def grown(self) -> bool:
@@ -131,7 +133,7 @@ class StepFailed(SimulationError):
     def __str__(self) -> str:
         """Component, status, time and step, the value or the FMU's own words, what may help."""
         where = f"communication point {self.time:.12g} s, step {self.step:.12g} s"
-        advice = self.culprits or ["Where a loop diverges, a shorter step may help."]
+        advice = self.culprits or [self.remedy or "Where a loop diverges, a shorter step may help."]
         words = quoted([*self.messages, *(advice if self.grown else [])])
         if self.variable is not None:
             return f"{self.component}.{self.variable} became {self.value} in the step from {where}{words}"

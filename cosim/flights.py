@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
+from cosim import remedy
 from cosim.errors import FmuError, NotSupported, ResultUnreadable, ResultUnwritable, SimulationError, StepFailed
 from cosim.masters.explicit import Explicit
 from cosim.masters.initialization.initialize import Initialization
@@ -146,6 +147,11 @@ class Prepared:
         self._wiring = wire(system, self._descriptions)
         self._plans: dict[Any, _Plan] = {}
 
+    @property
+    def wiring(self) -> Wiring:
+        """The system as it is wired, with the descriptions of its FMUs."""
+        return self._wiring
+
     def __enter__(self) -> "Prepared":
         return self
 
@@ -168,11 +174,13 @@ class Prepared:
         overwrite: bool = False,
         progress: Progress | None = None,
         format: str = "parquet",
+        advise: bool = True,
     ) -> Result:
         """Run an experiment and return what it recorded.
 
         `parameters`, `record`: instead of the system's and the experiment's. `out`: the result folder (None: nothing
-        is left on disk). `progress(t, stop_time)`, both in s, is called some times a second.
+        is left on disk). `progress(t, stop_time)`, both in s, is called some times a second. `advise`: where a flight
+        diverges, try shorter steps for some seconds, and let the error say which one passes.
 
         Ctrl-C ends the run within the step that is running, with status "interrupted"; a second one ends it at once.
         SIGTERM does as the first, and then ends the process (`SystemExit`), or is answered by the program's handler. A
@@ -214,6 +222,11 @@ class Prepared:
                     result.info |= runinfo.calls(crew, refused)
                     result.info["wall_time"] = {"total": time.perf_counter() - began, "loop": flight.wall_time}
                     problem = tale.end(result.info)
+                    if advise and isinstance(failure, StepFailed):
+                        self._advise(failure, experiment, parameters)
+                        if failure.remedy:
+                            result.info |= runinfo.broken(failure)
+                            problem = tale.end(result.info)
                     if problem is not None and failure is None:
                         failure = problem
                         result.info |= runinfo.broken(problem)
@@ -223,6 +236,14 @@ class Prepared:
                 failure.result = result
             raise failure
         return result
+
+    def _advise(self, failure: StepFailed, experiment: Experiment, parameters: Mapping[str, Any] | None) -> None:
+        if self._paths.keys() == self.system.components.keys():  # instances that are given fly one flight only
+
+            def fly(trial: Experiment, look: Progress) -> Result:
+                return self.fly(trial, parameters=parameters, progress=look, advise=False)
+
+            remedy.advise(failure, experiment, experiment.master or Explicit(), fly)
 
     @contextmanager
     def _crew(self) -> Generator[Crew]:

@@ -100,6 +100,14 @@ def written(seconds: Fraction) -> str:
     return f"{np.format_float_positional(float(seconds), trim='-')} s"
 
 
+def in_words(seconds: Fraction) -> str:
+    """Return a time in s in the unit in which it is a short number: "2 ms", "0.5 ms", "12 us", "1/30 s"."""
+    for unit, factor in (("s", 1), ("ms", 1_000), ("us", 1_000_000), ("ns", NANOSECONDS)):
+        if abs(seconds) * factor >= (1 if factor == 1 else Fraction(1, 10)) and NANOSECONDS % seconds.denominator == 0:
+            return f"{np.format_float_positional(float(seconds * factor), trim='-')} {unit}"
+    return f"{seconds} s"
+
+
 def parse_seconds(text: str, name: str) -> Seconds:
     """Read "1ms", "0.5 s", "2 min", "1/30 s" or "200" (a plain number is seconds); the answer is in s.
 

@@ -1,19 +1,18 @@
-"""The command line, `adcs`: list, build, show, run, plot, reproduce, compare. What it does is in what it calls.
+"""The command line, `adcs`: list, build, show, run, plot, verify, reproduce, compare. What it does is in what it calls.
 
 A command imports what it needs: what flies and draws takes longer to import than a rebuild of nothing takes.
 """
 
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from cosim.cli import console
+from cosim.cli import console, verifying
+from cosim.cli.options import Backend, Extrapolation, Force, Master, Params, Set, Step, Stop, Use, reported
 from cosim.errors import ResultUnwritable, SimulationError
 from cosim.results.names import FORMATS
-from fmus.errors import BuildError
 from fmus.toolchain import SUFFIXES as PLATFORMS
 
 if TYPE_CHECKING:
@@ -28,29 +27,6 @@ FMUs that are built, and the compiled kernel, are kept in $ADCS_BUILD, else in t
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=HELP)
 
-Backend = Annotated[
-    Literal["native", "python"],
-    typer.Option(help="Back end of the FMUs that are built: C, or Python that can be edited."),
-]
-Master = Annotated[
-    str | None,
-    typer.Option(
-        help="explicit (timings as the system declares them), jacobi (all at_point) or gauss_seidel (after_step where "
-        "the source is declared before the target). Default: the experiment's own."
-    ),
-]
-Force = Annotated[bool, typer.Option("--force", help="Replace a result that is already there.")]
-
-
-@contextmanager
-def _reported() -> Any:
-    """Turn what a user can cause into one message and exit status 2, or 1 where a simulation had begun."""
-    try:
-        yield
-    except (SimulationError, BuildError) as error:
-        console.write_error(error)
-        raise typer.Exit(1 if getattr(error, "result", None) is not None else 2) from error
-
 
 @app.command("list")
 def list_() -> None:
@@ -58,7 +34,7 @@ def list_() -> None:
     from cosim.studies import papers
     from fmus.export import build as building
 
-    with _reported():
+    with reported():
         console.write_listing("components (adcs build NAME)", building.component_docs())
         console.write_listing("systems (adcs run NAME)", papers.describe())
         console.write_listing(
@@ -88,7 +64,7 @@ def build(
     """
     from fmus.export import build as building
 
-    with _reported():
+    with reported():
         backends = building.BACKENDS if backend == "all" else (backend,)
         platforms = tuple(PLATFORMS) if platform == "all" else tuple(platform.split(","))
         for name in names or building.CATALOG:
@@ -127,7 +103,7 @@ def show_(
     from cosim.system.reference import is_fmu
     from fmus.export import build as building
 
-    with _reported():
+    with reported():
         locate = Library(backend, console.note)
         if is_fmu(name) or building.is_component(name):
             show.write_fmu(locate(name))
@@ -142,25 +118,13 @@ def show_(
 @app.command()
 def run(
     name: Annotated[str, typer.Argument(metavar="NAME", help="SYSTEM, FILE.py[:function] or FILE.fmu.")],
-    use: Annotated[
-        list[str] | None,
-        typer.Option(metavar="INSTANCE=FMU", help="Another FMU for an instance: NAME, FILE.py:Class or FILE.fmu."),
-    ] = None,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set", metavar="NAME=VALUE", help="As in 'plant.J[1,1]=500', '*.J=[[..]]', 'controller.k=0.2 1/s'."
-        ),
-    ] = None,
-    params: Annotated[
-        list[Path] | None, typer.Option(metavar="FILE.toml", help="Parameters, a table per instance; --set wins.")
-    ] = None,
-    stop: Annotated[str | None, typer.Option(metavar="TIME", help="Stop time, as in 200, 90s or 5min.")] = None,
-    step: Annotated[str | None, typer.Option(metavar="TIME", help="Communication step, as in 1ms or 0.001.")] = None,
+    use: Use = None,
+    set_: Set = None,
+    params: Params = None,
+    stop: Stop = None,
+    step: Step = None,
     master: Master = None,
-    extrapolation: Annotated[
-        int | None, typer.Option(help="Order to which at_point inputs are extrapolated: 0, 1 or 2.")
-    ] = None,
+    extrapolation: Extrapolation = None,
     hold_unconnected: Annotated[
         bool, typer.Option("--hold-unconnected", help="Hold inputs that nothing is connected to at their start values.")
     ] = False,
@@ -194,7 +158,7 @@ def run(
     from cosim.system.overrides import with_parameters
     from cosim.time import parse_seconds
 
-    with _reported():
+    with reported():
         system, experiment = scenario.load(name, None if stop is None else parse_seconds(stop, "--stop"))
         owner = papers.find_owner(name)
         usual = metrics.THRESHOLD if owner is None else owner.settled
@@ -254,7 +218,7 @@ def plot_(
     from cosim.results.result import Result
     from cosim.studies import plots
 
-    with _reported():
+    with reported():
         names = [folder.name for folder in folders]
         labels = [n if names.count(n) == 1 else str(folder) for n, folder in zip(names, folders, strict=True)]
         results = {label: Result.read(folder) for label, folder in zip(labels, folders, strict=True)}
@@ -263,6 +227,9 @@ def plot_(
             typer.echo(path)
         if not drawn:
             console.note_nothing_drawn()
+
+
+app.command("verify")(verifying.verify_)
 
 
 @app.command("reproduce")
@@ -286,7 +253,7 @@ def reproduce_(
     from cosim.studies import papers, reproduction
     from cosim.studies.papers import pages
 
-    with _reported():
+    with reported():
         locate = Library(backend, console.note)
         chosen = list(dict.fromkeys(names or papers.PAPERS))
         with console.progress("reproduce") as progress:
@@ -326,7 +293,7 @@ def compare_(
     from cosim.cli.library import Library
     from cosim.studies import comparison
 
-    with _reported(), console.progress("compare") as progress:
+    with reported(), console.progress("compare") as progress:
         rows, columns = ([name.strip() for name in text.split(",")] if text else [] for text in (plants, controllers))
         locate = Library(backend, console.note)
         table = comparison.compare(rows, columns, out, locate, progress, console.note, overwrite=force)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cosim.results.result import Result
+from fmus.description.description import ModelDescription
 from fmus.description.names import split_port
 
 ROLES = ("plant", "guidance", "controller", "actuators")
@@ -52,6 +53,15 @@ def find(run: Result) -> dict[str, str]:
         name: role
         for name, component in components.items()
         if (role := component.get("role") or _by_variables(component.get("inputs", ()), component.get("outputs", ())))
+    }
+
+
+def of_descriptions(descriptions: Mapping[str, ModelDescription]) -> dict[str, str]:
+    """Return the role of every instance that has one, of a system that has not flown."""
+    return {
+        name: role
+        for name, d in descriptions.items()
+        if (role := d.role or _by_variables(d.base_names("input"), d.base_names("output")))
     }
 
 

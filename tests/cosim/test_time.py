@@ -9,7 +9,7 @@ import pytest
 
 from cosim.errors import TimeError
 from cosim.results.result import Result
-from cosim.time import LARGEST_INTEGER, Schedule, exact_seconds, parse_seconds, written
+from cosim.time import LARGEST_INTEGER, Schedule, exact_seconds, in_words, parse_seconds, written
 
 from . import both
 from .c_fmu import build, integer, real
@@ -272,3 +272,19 @@ class TestSchedule:
         result = both.fly(both.of({"w": witness}, []), setup)
         assert result.time.tolist() == [float(start), float(start + 2 * step)]
         assert result["w.gaps"][-1] == 0
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [
+        ("0.002", "2 ms"),
+        ("0.0005", "0.5 ms"),
+        ("0.000012", "12 us"),
+        ("3", "3 s"),
+        ("1.5", "1.5 s"),
+        ("1/30", "1/30 s"),
+    ],
+)
+def test_in_words(seconds, words):
+    assert in_words(Fraction(seconds)) == words
+    assert Fraction(parse_seconds(words, "step")).limit_denominator(10**9) == Fraction(seconds)

@@ -1,0 +1,48 @@
+"""Options that several commands have, and how what a user can cause is told."""
+
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from cosim.cli import console
+from cosim.errors import SimulationError
+from fmus.errors import BuildError
+
+Backend = Annotated[
+    Literal["native", "python"],
+    typer.Option(help="Back end of the FMUs that are built: C, or Python that can be edited."),
+]
+Master = Annotated[
+    str | None,
+    typer.Option(
+        help="explicit (timings as the system declares them), jacobi (all at_point) or gauss_seidel (after_step where "
+        "the source is declared before the target). Default: the experiment's own."
+    ),
+]
+Use = Annotated[
+    list[str] | None,
+    typer.Option(metavar="INSTANCE=FMU", help="Another FMU for an instance: NAME, FILE.py:Class or FILE.fmu."),
+]
+Set = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="As in 'plant.J[1,1]=500', '*.J=[[..]]', 'controller.k=0.2 1/s'."),
+]
+Params = Annotated[
+    list[Path] | None, typer.Option(metavar="FILE.toml", help="Parameters, a table per instance; --set wins.")
+]
+Stop = Annotated[str | None, typer.Option(metavar="TIME", help="Stop time, as in 200, 90s or 5min.")]
+Step = Annotated[str | None, typer.Option(metavar="TIME", help="Communication step, as in 1ms or 0.001.")]
+Extrapolation = Annotated[int | None, typer.Option(help="Order to which at_point inputs are extrapolated: 0, 1 or 2.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace a result that is already there.")]
+
+
+@contextmanager
+def reported() -> Any:
+    """Turn what a user can cause into one message and exit status 2, or 1 where a simulation had begun."""
+    try:
+        yield
+    except (SimulationError, BuildError) as error:
+        console.write_error(error)
+        raise typer.Exit(1 if getattr(error, "result", None) is not None else 2) from error
