@@ -85,10 +85,14 @@ class Output(Variable):
     step_mean: the output is instead the mean, over the last communication step, of the time derivative of what
     `step_means(t, x, p)` gives for it. It keeps the total momentum when two units exchange a torque. mean_of: the
     output, of the same shape, whose rate that is, up to its sign; who takes both takes it as a ramp.
+
+    exact: its start value is set, as FMI's initial="exact" says, and calculated states follow from it by `initial`, of
+    which `outputs` is then the inverse. The value that was set is shown as it is until the first step.
     """
 
     step_mean: bool = False
     mean_of: str = ""
+    exact: bool = False
 
 
 def expand(value: Any, shape: tuple[int, ...]) -> np.ndarray:
