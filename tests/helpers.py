@@ -86,6 +86,12 @@ class Point:
     def states(self):
         return split(self.component.states, self.x)
 
+    def output_rates(self) -> dict[str, np.ndarray]:
+        """The time derivatives of the outputs along the motion, inputs held."""
+        held = (0 * self.u, 0 * self.p, 0 * self.m)
+        _, y = self.functions.forward(self.t, self.x, self.u, self.p, self.c, 1, self.rates_flat(), *held)
+        return split(self.component.outputs_declared, numbers(y))
+
     def outputs_flat(self):
         return numbers(self.functions.outputs(self.t, self.x, self.u, self.p, self.c, self.m))
 

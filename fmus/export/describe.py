@@ -48,6 +48,7 @@ def describe(component: Component, model_name: str, *, derivatives: bool, **capa
         step_means=_step_means(component),
         role=component.role,
         shared=frozenset(name for p in component.parameters if p.shared for name in p.elements()),
+        rates_act=frozenset(name for u in component.inputs if u.rate_acts for name in u.elements()),
         model_identifier=model_name,
         log_categories=LOG_CATEGORIES,
         generation_tool=TOOL,
