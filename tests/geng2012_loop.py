@@ -14,7 +14,6 @@ CONNECTIONS = [
     *((f"plant.{n}", f"controller.{n}") for n in MOTION),
     *((f"guidance.{n}", f"controller.{n}") for n in REFERENCE),
     ("plant.omega_BN_B", "observer.omega_BN_B"),
-    ("actuators.tau_B", "observer.tau_B"),
     ("actuators.h_B", "observer.h_B"),
     ("observer.eta", "controller.eta"),
     ("observer.eta_dot", "controller.eta_dot"),
@@ -24,7 +23,6 @@ CONNECTIONS = [
     ("actuators.gimbal_angle", "steering.gimbal_angle"),
     ("steering.gimbal_rate_command", "actuators.gimbal_rate_command"),
     ("steering.wheel_acceleration_command", "actuators.wheel_acceleration_command"),
-    ("actuators.tau_B", "plant.tau_B"),
     ("actuators.h_B", "plant.h_B"),
     ("environment.tau_dist_B", "plant.tau_dist_B"),
 ]

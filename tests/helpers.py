@@ -31,12 +31,18 @@ def numbers(values) -> np.ndarray:
 class Point:
     """A component initialised at t = 0, at its start or near it at random: x, u, p flat vectors, at the time t.
 
-    Values by name replace what is drawn. c and m are the calculated parameters and step means that belong to them.
+    Values by name replace what is drawn. c and m are the calculated parameters and step means that belong to them,
+    e the starts of the exact outputs.
     """
 
     def __init__(self, component: Component, rng: np.random.Generator | None = None, spread=0.1, t=0.0, **values):
         self.component, self.functions, self.t = component, component.functions, 0.0
-        groups = {"x": component.states, "u": component.inputs, "p": component.parameters}
+        groups = {
+            "x": component.states,
+            "u": component.inputs,
+            "p": component.parameters,
+            "e": component.exact_outputs,
+        }
         for name, group in groups.items():
             vector = start_vector(group)
             if rng is not None:
@@ -66,7 +72,7 @@ class Point:
         return numbers(self.functions.calculate(self.p))
 
     def initial(self):
-        return numbers(self.functions.initial(self.t, self.x, self.u, self.p, self.c))
+        return numbers(self.functions.initial(self.t, self.x, self.u, self.p, self.c, self.e))
 
     def rates_flat(self):
         if not self.component.states:
@@ -79,6 +85,12 @@ class Point:
 
     def states(self):
         return split(self.component.states, self.x)
+
+    def output_rates(self) -> dict[str, np.ndarray]:
+        """The time derivatives of the outputs along the motion, inputs held."""
+        held = (0 * self.u, 0 * self.p, 0 * self.m)
+        _, y = self.functions.forward(self.t, self.x, self.u, self.p, self.c, 1, self.rates_flat(), *held)
+        return split(self.component.outputs_declared, numbers(y))
 
     def outputs_flat(self):
         return numbers(self.functions.outputs(self.t, self.x, self.u, self.p, self.c, self.m))
@@ -114,6 +126,7 @@ def assert_units(component: Component, spread=0.1, seed=5, kg=3.0, m=0.7, s=1.9)
     x, y = factors(component.states), factors(component.outputs_declared)
     means = factors(o for o in component.outputs_declared if o.step_mean)
     other.t, other.x, other.m = point.t * s, point.x * x, point.m * means
+    other.e = point.e * factors(component.exact_outputs)
     other.u, other.p = point.u * factors(component.inputs), point.p * factors(component.parameters)
     per_time = 1 if component.sampled else s
     pairs = {
@@ -193,7 +206,8 @@ class Monolithic:
         for _ in range(len(x) + 1):
             now = u.call([t, *x.values()])
             for (n, c), values in zip(self.components.items(), now, strict=True):
-                x[n] = numbers(c.functions.initial(t, x[n], values, self._p[n], self._c[n]))
+                e = start_vector(c.exact_outputs)
+                x[n] = numbers(c.functions.initial(t, x[n], values, self._p[n], self._c[n], e))
         return np.concatenate(list(x.values()))
 
     def solve(self, t: np.ndarray, x: np.ndarray | None = None, rtol: float = 1e-10, atol: float = 1e-14) -> np.ndarray:

@@ -18,7 +18,6 @@ CONNECTIONS = [
     ("actuators.wheel_speed", "controller.wheel_speed"),
     ("controller.gimbal_rate_command", "actuators.gimbal_rate_command"),
     ("controller.wheel_acceleration_command", "actuators.wheel_acceleration_command"),
-    ("actuators.tau_B", "plant.tau_B"),
     ("actuators.h_B", "plant.h_B"),
 ]
 DEVIATIONS = {

@@ -5,6 +5,7 @@
 Frames: all in body axes B.
 Source: none needed.
 Limits: not for the step-mean torques of actuators: their sum does not carry the mark, so that a master may ramp it.
+To a plant that takes their momentum they do not go at all.
 """
 
 from typing import Any
@@ -15,6 +16,7 @@ from ..framework import Component, Environment, Input, Variable
 
 
 class Sum(Component):
+    role = "sum"
     ports = Environment
     n: int = 2  # structural: how many torques
 

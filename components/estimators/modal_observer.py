@@ -4,9 +4,11 @@ With psi = eta' + delta w the modes obey
     eta' = psi - delta w,  psi' = -Omega^2 eta - 2 zeta Omega (psi - delta w)                     (1)
 without J and torque, so that a copy of (1) driven by w is exact from a matched start. Gains L add what the model of
 the rate does not explain; z needs no derivative of w:
-    [eta; psi] = z + L w                                                                          (2)
+    [eta; psi] = z + L (w + M^-1 h)                                                               (2)
     z' = right sides of (1) at (2) - L M^-1 (tau - w x (J w + delta^T eta' + h) + delta^T a)      (3)
     a = 2 zeta Omega eta' + Omega^2 eta,  eta' = psi - delta w,  M = J - delta^T delta            (4)
+The actuators' torque is -h', so that M w' + h' is the bracket of (3): with h in (2) no rate of it is needed either, and
+tau is torque from outside.
 The error of the estimate obeys, but for w x delta^T eta',
     E' = (A - L C) E,  A the matrix of (1), C = M^-1 delta^T [Omega^2  2 zeta Omega]              (5)
 
@@ -46,8 +48,13 @@ class ModalObserver(Component):
     hub_inverse = CalculatedParameter(unit="1/(kg.m2)", shape=(3, 3), doc="inverse of M = J - delta^T delta")
 
     omega_BN_B = Input(unit="rad/s", shape=(3,), display_unit="deg/s", nominal=1e-2, doc="body rate, measured")
-    tau_B = Input(unit="N.m", shape=(3,), doc="torque of the actuators on the hub; not used where L = 0")
-    h_B = Input(unit="N.m.s", shape=(3,), doc="momentum stored by the actuators; not used where L = 0")
+    tau_B = Input(unit="N.m", shape=(3,), doc="torque on the hub from outside, as of thrusters; not used where L = 0")
+    h_B = Input(
+        unit="N.m.s",
+        shape=(3,),
+        rate_acts=True,
+        doc="momentum stored by the actuators, minus its rate their torque; not used where L = 0",
+    )
 
     z_eta = State(unit="kg(1/2).m", shape=("modes",), calculated=True, nominal=1e-2, doc="z, part of eta")
     z_psi = State(unit="kg(1/2).m/s", shape=("modes",), calculated=True, nominal=1e-2, doc="z, part of psi")
@@ -60,16 +67,17 @@ class ModalObserver(Component):
         return {"hub_inverse": ca.inv(p.J - p.delta.T @ p.delta)}
 
     def initial(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
-        w = u.omega_BN_B
-        return {"z_eta": p.eta_start - p.L_eta @ w, "z_psi": p.eta_dot_start + p.delta @ w - p.L_psi @ w}  # (2)
+        seen = self._seen(u, p)
+        psi_start = p.eta_dot_start + p.delta @ u.omega_BN_B
+        return {"z_eta": p.eta_start - p.L_eta @ seen, "z_psi": psi_start - p.L_psi @ seen}  # (2)
 
     def derivatives(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         w = u.omega_BN_B
         eta, eta_dot = self._estimate(x, u, p)
         a = 2 * p.zeta * p.Omega * eta_dot + p.Omega**2 * eta  # (4)
         torque = u.tau_B - ca.cross(w, p.J @ w + p.delta.T @ eta_dot + u.h_B) + p.delta.T @ a
-        w_dot = p.hub_inverse @ torque
-        return {"z_eta": eta_dot - p.L_eta @ w_dot, "z_psi": -a - p.L_psi @ w_dot}  # (3)
+        seen_dot = p.hub_inverse @ torque
+        return {"z_eta": eta_dot - p.L_eta @ seen_dot, "z_psi": -a - p.L_psi @ seen_dot}  # (3)
 
     def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         eta, eta_dot = self._estimate(x, u, p)
@@ -89,9 +97,13 @@ class ModalObserver(Component):
 
     def _estimate(self, x: Any, u: Any, p: Any) -> tuple[Any, Any]:
         """Return eta and eta'."""
-        w = u.omega_BN_B
-        eta, psi = x.z_eta + p.L_eta @ w, x.z_psi + p.L_psi @ w  # (2)
-        return eta, psi - p.delta @ w  # (4)
+        seen = self._seen(u, p)
+        eta, psi = x.z_eta + p.L_eta @ seen, x.z_psi + p.L_psi @ seen  # (2)
+        return eta, psi - p.delta @ u.omega_BN_B  # (4)
+
+    def _seen(self, u: Any, p: Any) -> Any:
+        """Return what the gains see: its rate is that of the body without the actuators' torque."""
+        return u.omega_BN_B + p.hub_inverse @ u.h_B  # (2)
 
 
 def place_gains(J: Any, delta: Any, Omega: Any, zeta: Any, poles: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -28,7 +28,7 @@ class Component:
     outputs(t, x, u, p) -> {output: value}          outputs that are not states
     step_means(t, x, p) -> {output: quantity}       whose time derivative a step-mean output averages
     calculate(p) -> {calculated parameter: value}
-    initial(t, x, u, p) -> {calculated state: value}
+    initial(t, x, u, p) -> {calculated state: value}      x has the settable states and the exact outputs, as set
     project(x, p) -> {state: value}                 after each internal step, e.g. normalisation
     check(t, x, u, p) -> [Condition]                at the end of initialization
 
@@ -90,6 +90,10 @@ class Component:
                 raise ComponentError(self.name, text)
         if self.states and not (rates or self.sampled or self.python_only):
             raise ComponentError(self.name, "has states but neither derivatives nor sample_time with update.")
+        for output in self.exact_outputs:
+            if not rates or output.step_mean or not any(s.calculated for s in self.states):
+                text = f"{output.name} is exact, its start is set: then a continuous state must be calculated from it"
+                raise ComponentError(self.name, f"{text}, State(calculated=True) and initial; a step mean cannot be.")
 
     def variant(self, **structure: int) -> "Component":
         """Return the component with another structure; start values whose shape follows it are the class's again."""
@@ -145,8 +149,13 @@ class Component:
 
     @cached_property
     def outputs_declared(self) -> tuple[Output, ...]:
-        """Outputs that are not states."""
-        return self._of(Output)
+        """Outputs that are not states, those whose start is set first."""
+        return tuple(sorted(self._of(Output), key=lambda output: not output.exact))
+
+    @property
+    def exact_outputs(self) -> tuple[Output, ...]:
+        """Outputs whose start is set."""
+        return tuple(o for o in self.outputs_declared if o.exact)
 
     @property
     def sampled(self) -> bool:
@@ -184,7 +193,7 @@ class Component:
         return {}
 
     def initial(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
-        """Return the start value of every calculated state; x holds the others."""
+        """Return the start value of every calculated state; x holds the others and the exact outputs."""
         return {}
 
     def project(self, x: Any, p: Any) -> dict[str, Any]:

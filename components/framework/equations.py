@@ -54,7 +54,12 @@ class Equations(Protocol):
 
     @property
     def outputs_declared(self) -> Sequence[Output]:
-        """Outputs that are not states."""
+        """Outputs that are not states, those whose start is set first."""
+        ...
+
+    @property
+    def exact_outputs(self) -> Sequence[Output]:
+        """Outputs whose start is set."""
         ...
 
     def size(self, group: Iterable[Variable]) -> int:

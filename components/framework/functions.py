@@ -1,7 +1,7 @@
 """A component's equations as CasADi functions of flat vectors.
 
-t scalar; x states, u inputs, p parameters, c calculated parameters, m step means, y outputs that are not states:
-columns in the order of declaration, matrices row by row.
+t scalar; x states, u inputs, p parameters, c calculated parameters, m step means, y outputs that are not states, of
+which the first, e, have a start that is set: columns in the order of declaration, matrices row by row.
 """
 
 from collections.abc import Iterable
@@ -29,10 +29,10 @@ class Functions:
     means       (t, x, p, c) -> q                           quantities whose rate the step means average
     mean_rates  (t, x, u, p, c) -> m                        their time derivatives
     calculate   (p) -> c
-    initial     (t, x, u, p, c) -> x                        calculated states filled in
+    initial     (t, x, u, p, c, e) -> x                     calculated states filled in
     check       (t, x, u, p, c) -> margins, shown
     forward     (t, x, u, p, c, st, sx, su, sp, sm) -> sdx, sy      directional derivative
-    initial_forward  (t, x, u, p, c, st, sx, su, sp) -> sx_initial, sm     the same of initial and mean_rates
+    initial_forward  (t, x, u, p, c, e, st, sx, su, sp, se) -> sx_initial, sm     the same of initial and mean_rates
     calculate_forward  (p, sp) -> sc                                the same of calculate
     """
 
@@ -44,6 +44,7 @@ class Functions:
         self._p = ca.SX.sym("p", component.size(component.parameters))
         self._c = ca.SX.sym("c", component.size(component.calculated_parameters))
         self._m = ca.SX.sym("m", sum(o.size for o in component.outputs_declared if o.step_mean))
+        self._e = ca.SX.sym("e", component.size(component.exact_outputs))
 
     # ---- expressions -----------------------------------------------------------------------------------------------
 
@@ -59,10 +60,14 @@ class Functions:
         return flatten(self._component.name, where, group, values)
 
     def _function(self, name: str, arguments: str, results: dict[str, Any]) -> ca.Function:
-        inputs = {"t": self._t, "x": self._x, "u": self._u, "p": self._p, "c": self._c, "m": self._m}
         names = arguments.split()
-        options = {"cse": True}
-        return ca.Function(name, [inputs[n] for n in names], list(results.values()), names, list(results), options)
+        inputs = [self._arguments[n] for n in names]
+        return ca.Function(name, inputs, list(results.values()), names, list(results), {"cse": True})
+
+    @property
+    def _arguments(self) -> dict[str, ca.SX]:
+        vectors = {"t": self._t, "x": self._x, "u": self._u, "p": self._p, "c": self._c, "m": self._m}
+        return {**vectors, "e": self._e}
 
     def _states_with(self, where: str, values: dict[str, Any]) -> ca.SX:
         """Return the state vector with some states replaced."""
@@ -84,14 +89,15 @@ class Functions:
 
     @cached_property
     def initial(self) -> ca.Function:
-        """(t, x, u, p, c) -> x with the calculated states filled in."""
+        """(t, x, u, p, c, e) -> x with the calculated states filled in."""
         part = self._component
-        values = part.initial(*self._named)
+        t, x, u, p = self._named
+        values = part.initial(t, Values(**vars(x), **unflatten(part.exact_outputs, self._e)), u, p)
         names = {s.name for s in part.states if s.calculated}
         if set(values) != names:
             text = f"initial returns {sorted(values)}, the calculated states are {sorted(names)}."
             raise ComponentError(part.name, text)
-        return self._function("initial", "t x u p c", {"x_initial": self._states_with("initial", values)})
+        return self._function("initial", "t x u p c e", {"x_initial": self._states_with("initial", values)})
 
     @cached_property
     def rates(self) -> ca.Function:
@@ -172,19 +178,17 @@ class Functions:
 
     @cached_property
     def _seeds(self) -> dict[str, ca.SX]:
-        vectors = {"t": self._t, "x": self._x, "u": self._u, "p": self._p, "m": self._m}
-        return {f"s{n}": ca.SX.sym(f"s{n}", v.shape) for n, v in vectors.items()}
+        return {f"s{n}": ca.SX.sym(f"s{n}", v.shape) for n, v in self._arguments.items() if n != "c"}
 
-    def _directional(self, name: str, expressions: dict[str, ca.SX], seeds: list[str]) -> ca.Function:
-        """Return the directional derivative of expressions of (t, x, u, p, c, m), c following p."""
-        s = self._seeds
-        sc = ca.jtimes(self.calculate(self._p), self._p, s["sp"])
-        along = ca.vertcat(self._t, self._x, self._u, self._p, self._c, self._m)
-        tangent = ca.vertcat(s["st"], s["sx"], s["su"], s["sp"], sc, s["sm"] if "sm" in seeds else 0 * s["sm"])
+    def _directional(self, name: str, expressions: dict[str, ca.SX], known: str, seeds: str) -> ca.Function:
+        """Return the directional derivative of expressions of `known`, along `seeds`, c following p."""
+        s = {n: symbol if n in seeds.split() else 0 * symbol for n, symbol in self._seeds.items()}
+        s["sc"] = ca.jtimes(self.calculate(self._p), self._p, s["sp"])
+        along = ca.vertcat(*self._arguments.values())
+        tangent = ca.vertcat(*(s[f"s{n}"] for n in self._arguments))
         results = [ca.densify(ca.jtimes(e, along, tangent)) for e in expressions.values()]
-        arguments = [self._t, self._x, self._u, self._p, self._c, *(s[n] for n in seeds)]
-        names = ["t", "x", "u", "p", "c", *seeds]
-        return ca.Function(name, arguments, results, names, list(expressions), {"cse": True})
+        arguments = [*(self._arguments[n] for n in known.split()), *(s[n] for n in seeds.split())]
+        return ca.Function(name, arguments, results, [*known.split(), *seeds.split()], list(expressions), {"cse": True})
 
     @cached_property
     def forward(self) -> ca.Function:
@@ -198,15 +202,15 @@ class Functions:
         else:
             dx = self.rates(*point) if part.states else ca.SX(0, 1)
             y = self.outputs(*point, self._m)
-        return self._directional("forward", {"sdx": dx, "sy": y}, ["st", "sx", "su", "sp", "sm"])
+        return self._directional("forward", {"sdx": dx, "sy": y}, "t x u p c", "st sx su sp sm")
 
     @cached_property
     def initial_forward(self) -> ca.Function:
         """Directional derivative of the calculated initial states and of the step means before the first step."""
-        x = self.initial(self._t, self._x, self._u, self._p, self._c)
+        x = self.initial(self._t, self._x, self._u, self._p, self._c, self._e)
         means = self.mean_rates(self._t, x, self._u, self._p, self._c) if self._means else ca.SX(0, 1)
         expressions = {"sx_initial": x, "sm": means}
-        return self._directional("initial_forward", expressions, ["st", "sx", "su", "sp"])
+        return self._directional("initial_forward", expressions, "t x u p c e", "st sx su sp se")
 
     @cached_property
     def calculate_forward(self) -> ca.Function:
@@ -236,20 +240,21 @@ class Functions:
     def initial_dependencies(self) -> dict[str, list[dict[str, list[int]]]]:
         """For each calculated parameter, state, state derivative and output: what it depends on in initialization mode.
 
-        Keys "c", "x", "dx", "y"; composed, so that the knowns are the settable states, the inputs and the parameters.
+        Keys "c", "x", "dx", "y"; composed, so that the knowns are the settable states, the inputs, the parameters and
+        the exact outputs.
         """
         part = self._component
         c = self.calculate(self._p)
-        x = self.initial(self._t, self._x, self._u, self._p, c)
-        known = [self._t, self._x, self._u, self._p]
+        x = self.initial(self._t, self._x, self._u, self._p, c, self._e)
+        known = [self._t, self._x, self._u, self._p, self._e]
         m = self.mean_rates(self._t, x, self._u, self._p, c) if self._means else ca.SX(0, 1)
         shown = self.update(self._t, x, self._u, self._p, c) if part.sampled else x
         unknown = {"c": c, "x": x, "y": self.outputs(self._t, shown, self._u, self._p, c, m)}
         if part.states and not part.sampled:
             unknown["dx"] = self.rates(self._t, x, self._u, self._p, c)
         names = [f"{name}_initial" for name in unknown]
-        f = ca.Function("initial_unknowns", known, list(unknown.values()), ["t", "x", "u", "p"], names)
-        return {name: _dependencies(f, f"{name}_initial", ("x", "u", "p")) for name in unknown}
+        f = ca.Function("initial_unknowns", known, list(unknown.values()), ["t", "x", "u", "p", "e"], names)
+        return {name: _dependencies(f, f"{name}_initial", ("x", "u", "p", "e")) for name in unknown}
 
     def direct_feedthrough(self) -> dict[str, tuple[str, ...]]:
         """Output -> the inputs, by name, that it depends on directly."""

@@ -18,8 +18,13 @@ class AttitudePlant:
 
     role: ClassVar[str] = "plant"
 
-    tau_B = Input(unit="N.m", shape=(3,), doc="torque of the actuators on the hub")
-    h_B = Input(unit="N.m.s", shape=(3,), doc="angular momentum stored by the actuators, relative to the hub")
+    tau_B = Input(unit="N.m", shape=(3,), doc="torque on the hub from outside, as of thrusters")
+    h_B = Input(
+        unit="N.m.s",
+        shape=(3,),
+        rate_acts=True,
+        doc="angular momentum stored by the actuators, relative to the hub; minus its rate is their torque",
+    )
     tau_dist_B = Input(unit="N.m", shape=(3,), doc="disturbance torque on the hub")
     q_BN = Output(unit="1", shape=(4,), doc="attitude of the body, scalar first")
     omega_BN_B = Output(unit="rad/s", shape=(3,), display_unit="deg/s", nominal=1e-2, doc="body rate")

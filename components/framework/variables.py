@@ -64,7 +64,13 @@ class CalculatedParameter(Variable):
 
 @dataclass(frozen=True, kw_only=True)
 class Input(Variable):
-    """An input; its start value is what the component sees when nothing is connected."""
+    """An input; its start value is what the component sees when nothing is connected.
+
+    rate_acts: its rate acts on the component too, up to its sign, as the torque does that changes a stored momentum.
+    Who takes it so must not take the mean of that rate (`Output.mean_of`) beside it.
+    """
+
+    rate_acts: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,11 +90,15 @@ class Output(Variable):
 
     step_mean: the output is instead the mean, over the last communication step, of the time derivative of what
     `step_means(t, x, p)` gives for it. It keeps the total momentum when two units exchange a torque. mean_of: the
-    output, of the same shape, whose rate that is, up to its sign; who takes both takes it as a ramp.
+    output, of the same shape, whose rate that is, up to its sign.
+
+    exact: its start value is set, as FMI's initial="exact" says, and calculated states follow from it by `initial`, of
+    which `outputs` is then the inverse. The value that was set is shown as it is until the first step.
     """
 
     step_mean: bool = False
     mean_of: str = ""
+    exact: bool = False
 
 
 def expand(value: Any, shape: tuple[int, ...]) -> np.ndarray:

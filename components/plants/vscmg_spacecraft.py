@@ -1,29 +1,35 @@
 """Rigid spacecraft with variable-speed control moment gyros that have inertia, and reaction wheels, all in one unit.
 
-    h = J w + A_g I_cg gamma' + A_s I_ws Om + A_w I_w Om_w + h_B                                  (1)
+    L = J w + k + h_B,  k = A_g I_cg gamma' + A_s I_ws Om + A_w I_w Om_w                          (1)
     J = J_s + A_s I_cs A_s^T + A_t I_ct A_t^T + A_g I_cg A_g^T + wheels                           (2)
     A_s' = A_t [gamma'],  A_t' = -A_s [gamma'],
     J' = A_t [gamma'] (I_cs - I_ct) A_s^T + A_s [gamma'] (I_cs - I_ct) A_t^T                      (3)
-    J w' + J' w + A_g I_cg gamma'' + A_t I_ws [Om] gamma' + A_s I_ws Om' + A_w I_w Om_w' + w x h = tau + d  (4)
+    L' = tau + d - w x L,  w = J^-1 (L - k - h_B)                                                 (4)
     T gamma'' = gimbal_rate_command - gamma',  Om' and Om_w' are commands                         (5)
     q' = 1/2 q (x) (0, w)                                                                         (6)
 The parameter J is (2) at gamma = 0, so that J(gamma) = J + moving(gamma) - moving(0),
     moving = A_s I_cs A_s^T + A_t I_ct A_t^T                                                      (7)
+The torque of further actuators that store momentum, -h_B', is in (4): tau is torque from outside.
 What the motors give, and the energy of body, gyros and wheels:
     gimbal i: I_cg (gamma'' + g . w') - (I_cs - I_ct)(s . w)(t . w) - I_ws Om t . w
     rotor i: I_ws (Om' + s . w' + t . w gamma'),  wheel j: I_w (Om_w' + a . w')                   (8)
-    E = w . J w / 2 + w . (h - J w - h_B) + (I_cg gamma'^2 + I_ws Om^2 + I_w Om_w^2) / 2          (9)
-    motor_work' = sum of (8) times gamma', Om, Om_w                                               (10)
+    E = w . J w / 2 + e,  e = w . k + (I_cg gamma'^2 + I_ws Om^2 + I_w Om_w^2) / 2                (9)
+    motor_work' = sum of (8) times gamma', Om, Om_w
+                = e' - w . (J' w / 2 + k')                                                        (10)
+    k' = A_g I_cg gamma'' + A_t I_ws [Om] gamma' + A_s I_ws Om' + A_w I_w Om_w'                   (11)
+With (4), J w' + J' w + k' + h_B' + w x L = tau + d. (10) has no w', so that it needs no h_B': what is integrated is
+body_work, its second term, from -e at the start on, and motor_work = e + body_work.
 Without the terms J' w, A_g I_cg gamma'' and w x A_g I_cg gamma' it is body and cluster as controllers know them,
 equation (5) of the source; the three are outputs.
 
 Symbols: w omega_BN_B, q q_BN, gamma gimbal_angle, Om rotor_speed and Om_w wheel_speed relative to gimbal and body, A_g,
 A_s, A_t, A_w columns of gimbal, rotor, transverse and wheel axes, [x] the diagonal matrix; I_cg, I_cs, I_ct of gimbal
-and rotor together, I_ws of the rotor; T gimbal_lag; tau tau_B and h_B of further actuators, d tau_dist_B. Axes in B.
+and rotor together, I_ws of the rotor; T gimbal_lag; tau tau_B, h_B that of further actuators, d tau_dist_B, L L_B. Axes
+in B.
 Source: D. Ye, Z. Sun, Y. Liu, An adaptive control algorithm for hybrid actuator with installation deviation, J. Harbin
 Inst. Tech. 48(11), 2016, section 1: its (1), (2), (3), and (4), of which the print has only the last line, from
 h' + w x h = 0. Its wheels are gyros whose gimbals are locked; (8) to (10) follow from E as a Lagrangian.
-Invariants: |q| = 1; H_N constant if tau = d = 0 and h_B constant; E' = w . (tau + d) + motor_work', for any axes.
+Invariants: |q| = 1; H_N constant if tau = d = 0; E' = w . (tau + d - h_B') + motor_work', for any axes.
 Limits: rotors balanced and symmetric, no friction, no limit of rates, speeds or torques; a gimbal's rate has a servo,
 for a rate that follows its command at once would have no acceleration. Deviations are element by element.
 """
@@ -40,29 +46,38 @@ from ..mathematics.vectors import smallest_eigenvalue
 from ..numbers import neutral
 
 
-class Motion:
-    """What the equations share at a state: axes, momenta, inertia, accelerations."""
+class Cluster:
+    """Gyros and wheels as they are: axes, momenta, the inertia of the whole."""
+
+    def __init__(self, x: Any, p: Any, rotor_speed: Any):
+        s_0, t_0, self.a = vehicle.true_axes(p)
+        self.g, self.rate = p.gimbal_axes_B, x.gimbal_rate
+        self.s, self.t = cmg.rotated(s_0, t_0, x.gimbal_angle)
+        self.gimbal_momentum = self.g @ (p.I_cg * self.rate)  # (1)
+        self.rotors, self.wheels = p.I_cws * rotor_speed, p.wheel_inertia * x.wheel_speed
+        self.momentum = self.gimbal_momentum + self.s @ self.rotors + self.a @ self.wheels  # (1)
+        self.J = p.J + _moving(self.s, self.t, p) - _moving(s_0, t_0, p)  # (2), (7)
+        turning = ca.dot(p.I_cg, self.rate**2) + ca.dot(self.rotors, rotor_speed)
+        self.relative_energy = (turning + ca.dot(self.wheels, x.wheel_speed)) / 2
+
+    def energy(self, w: Any) -> Any:
+        """Return what of the energy is not the body's."""
+        return ca.dot(w, self.momentum) + self.relative_energy  # (9)
+
+
+class Motion(Cluster):
+    """The same, moving: body rate, accelerations, the torques that they take."""
 
     def __init__(self, x: Any, u: Any, p: Any):
-        s_0, t_0, self.a = vehicle.true_axes(p)
-        self.g = p.gimbal_axes_B
-        self.s, self.t = cmg.rotated(s_0, t_0, x.gimbal_angle)
-        self.w, self.rate = x.omega_BN_B, x.gimbal_rate
-        self.gimbal_momentum = self.g @ (p.I_cg * self.rate)  # (1)
-        self.rotors, self.wheels = p.I_cws * x.rotor_speed, p.wheel_inertia * x.wheel_speed
-        self.relative = self.gimbal_momentum + self.s @ self.rotors + self.a @ self.wheels  # (1)
-        moved = _moving(self.s, self.t, p) - _moving(s_0, t_0, p)
-        self.J = p.J + moved  # (2), (7)
-        self.momentum = self.J @ self.w + self.relative + u.h_B  # (1)
+        super().__init__(x, p, x.rotor_speed)
+        self.w = ca.inv(self.J) @ (x.L_B - self.momentum - u.h_B)  # (4)
         difference = self.t @ ca.diag(self.rate * (p.I_cs - p.I_ct)) @ self.s.T
         self.inertia_torque = (difference + difference.T) @ self.w  # (3)
         self.gimbal_acceleration = (u.gimbal_rate_command - self.rate) / p.gimbal_lag  # (5)
         self.acceleration_torque = self.g @ (p.I_cg * self.gimbal_acceleration)
-        given = self.inertia_torque + self.acceleration_torque + self.t @ (self.rotors * self.rate)
+        given = self.acceleration_torque + self.t @ (self.rotors * self.rate)
         given += self.s @ (p.I_cws * u.rotor_acceleration_command)
-        given += self.a @ (p.wheel_inertia * u.wheel_acceleration_command)
-        torque = u.tau_B + u.tau_dist_B - given - ca.cross(self.w, self.momentum)
-        self.w_dot = ca.inv(self.J) @ torque  # (4)
+        self.given = given + self.a @ (p.wheel_inertia * u.wheel_acceleration_command)  # (11)
 
 
 def _moving(s: Any, t: Any, p: Any) -> Any:
@@ -97,7 +112,7 @@ class VscmgSpacecraft(Component):
     wheel_acceleration_command = Input(unit="rad/s2", shape=("wheels",), doc="wheel accelerations wanted")
 
     q_BN = State(unit="1", shape=(4,), start=NO_ROTATION, output=True, doc="attitude of the body, scalar first")
-    omega_BN_B = State(unit="rad/s", shape=(3,), output=True, display_unit="deg/s", nominal=1e-2, doc="body rate")
+    L_B = State(unit="N.m.s", shape=(3,), calculated=True, doc="total angular momentum, that of all actuators included")
     gimbal_angle = State(unit="rad", shape=("gimbals",), output=True, display_unit="deg", doc="gamma, gimbal angles")
     gimbal_rate = State(unit="rad/s", shape=("gimbals",), output=True, nominal=1e-2, doc="gimbal rates")
     rotor_speed = State(
@@ -111,8 +126,10 @@ class VscmgSpacecraft(Component):
     wheel_speed = State(
         unit="rad/s", shape=("wheels",), output=True, nominal=100.0, doc="wheel speeds relative to the body"
     )
-    motor_work = State(unit="J", output=True, doc="work of the motors of gimbals, rotors and wheels since the start")
+    body_work = State(unit="J", calculated=True, doc="motor_work without what gyros and wheels have")
 
+    omega_BN_B = Output(unit="rad/s", shape=(3,), exact=True, display_unit="deg/s", nominal=1e-2, doc="body rate")
+    motor_work = Output(unit="J", doc="work of the motors of gimbals, rotors and wheels since the start")
     energy = Output(unit="J", doc="kinetic energy of body, gyros and wheels")
     singularity = Output(unit="1", doc="det(A A^T), A the columns t; det(A^T A) of less than three gyros")
     inertia_torque_B = Output(unit="N.m", shape=(3,), nominal=1e-5, doc="J' w, that the inertia moves with the gyros")
@@ -122,24 +139,24 @@ class VscmgSpacecraft(Component):
     gyroscopic_torque_B = Output(unit="N.m", shape=(3,), nominal=1e-5, doc="w x A_g I_cg gamma', gimbals that turn")
 
     def initial(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
-        return {"rotor_speed": p.rotor_momentum / p.I_cws}
+        rotor_speed = p.rotor_momentum / p.I_cws
+        cluster = Cluster(x, p, rotor_speed)
+        return {
+            "rotor_speed": rotor_speed,
+            "L_B": cluster.J @ x.omega_BN_B + cluster.momentum + u.h_B,  # (1)
+            "body_work": -cluster.energy(x.omega_BN_B),  # (10)
+        }
 
     def derivatives(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         m = Motion(x, u, p)
-        along_s, along_t = m.s.T @ m.w, m.t.T @ m.w
-        turning = p.I_cg * (m.gimbal_acceleration + m.g.T @ m.w_dot)
-        turning -= ((p.I_cs - p.I_ct) * along_s + m.rotors) * along_t  # (8)
-        spinning = p.I_cws * (u.rotor_acceleration_command + m.s.T @ m.w_dot + along_t * m.rate)  # (8)
-        wheeling = p.wheel_inertia * (u.wheel_acceleration_command + m.a.T @ m.w_dot)  # (8)
-        power = ca.dot(turning, m.rate) + ca.dot(spinning, x.rotor_speed) + ca.dot(wheeling, x.wheel_speed)
         return {
             "q_BN": quaternion.rate(x.q_BN, m.w),  # (6)
-            "omega_BN_B": m.w_dot,
+            "L_B": u.tau_B + u.tau_dist_B - ca.cross(m.w, x.L_B),  # (4)
             "gimbal_angle": m.rate,
             "gimbal_rate": m.gimbal_acceleration,
             "rotor_speed": u.rotor_acceleration_command,  # (5)
             "wheel_speed": u.wheel_acceleration_command,  # (5)
-            "motor_work": power,  # (10)
+            "body_work": -ca.dot(m.w, m.inertia_torque / 2 + m.given),  # (10)
         }
 
     def project(self, x: Any, p: Any) -> dict[str, Any]:
@@ -147,10 +164,11 @@ class VscmgSpacecraft(Component):
 
     def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         m = Motion(x, u, p)
-        turning = ca.dot(p.I_cg, m.rate**2) + ca.dot(m.rotors, x.rotor_speed) + ca.dot(m.wheels, x.wheel_speed)
         return {
-            "H_N": quaternion.rotate(x.q_BN, m.momentum),
-            "energy": ca.dot(m.w, m.J @ m.w) / 2 + ca.dot(m.w, m.relative) + turning / 2,  # (9)
+            "omega_BN_B": m.w,
+            "H_N": quaternion.rotate(x.q_BN, x.L_B),
+            "motor_work": m.energy(m.w) + x.body_work,  # (10)
+            "energy": ca.dot(m.w, m.J @ m.w) / 2 + m.energy(m.w),  # (9)
             "singularity": allocation.singularity(m.t),
             "inertia_torque_B": m.inertia_torque,
             "acceleration_torque_B": m.acceleration_torque,

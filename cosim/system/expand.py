@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import cached_property
 
 from cosim.errors import SimulationError, UnknownName, WiringError, WiringErrors
+from cosim.system.acting_rates import counted_twice
 from cosim.system.parameters import Parameters
 from cosim.system.system import Connection, System
 from cosim.system.timing import TIMINGS, carried
@@ -31,6 +32,7 @@ def wire(system: System, descriptions: Mapping[str, ModelDescription]) -> Wiring
     if system.hold_unconnected:
         held |= _unconnected(ordered, links, held)
     checker.inputs(links, held)
+    checker.mistakes += counted_twice(links, ordered)
     periods = checker.periods()
     mistakes = checker.mistakes + parameters.mistakes
     if mistakes:
@@ -157,11 +159,12 @@ class _Checker:
         """Return the timing of a connection that does not say one.
 
         What a step mean is of goes as a ramp to who takes both: held from a point on, momentum and torque would not be
-        those of one exchange.
+        those of one exchange. What acts by its rate goes as one too: held, it would act in jumps.
         """
         if source.variable in self.descriptions[source.component].step_means:
             return "after_step"
-        return "ramp" if (source, target.component) in self._exchanged else "at_point"
+        acts = target.variable in self.descriptions[target.component].rates_act
+        return "ramp" if acts or (source, target.component) in self._exchanged else "at_point"
 
     @cached_property
     def _exchanged(self) -> frozenset[tuple[Port, str]]:

@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from cosim.errors import SimulationError, UnknownName, WiringError, WiringErrors
 from cosim.system import Connection, System, Timing
@@ -31,6 +32,7 @@ def replace(
     `descriptions` has one entry per instance, the new FMU's for `instance`. Connections and held inputs whose port the
     new FMU has, with the same size, are kept. Its further inputs are connected to the one other instance that offers
     an output of that name and size. Parameters of the instance that it lacks are dropped; vehicle parameters stay.
+    What acts by its rate in the new FMU (acting_rates.py) comes in once: its step mean is held, not connected.
 
     Raises `UnknownName` for an unknown instance, `WiringErrors` for inputs that no one or several instances offer.
     """
@@ -39,7 +41,7 @@ def replace(
         raise UnknownName("component", instance, f'system "{system.name}"', list(system.components))
     swap = _Swap(system, instance, descriptions)
     kept = [c for c in system.connections if swap.fits(c)]
-    held = {name: v for name, v in system.held.items() if swap.has(name, "input")}
+    kept, held = swap.once(kept, {name: v for name, v in system.held.items() if swap.has(name, "input")})
     parameters = {name: v for name, v in system.parameters.items() if swap.settable(name)}
     added = swap.further(kept, held)
     dropped = [
@@ -66,7 +68,7 @@ def replace(
         name_of(reference),
         (*map(_text, mine), *values, *carried),
         tuple(dropped),
-        tuple(map(_text, added)),
+        (*map(_text, added), *(f"held {name}" for name in held if name not in system.held)),
     )
     return changed, report
 
@@ -100,6 +102,37 @@ class _Swap:
         """Whether a parameter is of another instance, or one that the new FMU has."""
         component, variable = split_port(key)
         return component != self.instance or any(v.is_parameter for v in self._variables(variable))
+
+    def once(self, kept: Sequence[Connection], held: Mapping[str, Any]) -> tuple[list[Connection], dict[str, Any]]:
+        """Return connections and held inputs, with each step mean as the new FMU needs it.
+
+        Where it takes what the mean is of by an input that acts by its rate, the mean is not connected but held, at the
+        start value; where by any other, the mean is not held.
+        """
+        links, values = list(kept), dict(held)
+        for taken in (c for c in kept if split_port(c.target)[0] == self.instance):
+            acts = split_element(split_port(taken.target)[1])[0] in {split_element(n)[0] for n in self.new.rates_act}
+            for mean in self._means_of(taken.source):
+                port = f"{self.instance}.{split_port(mean)[1]}"
+                if not acts:
+                    values.pop(port, None)
+                    continue
+                twice = [c for c in links if c.source == mean and split_port(c.target)[0] == self.instance]
+                links = [c for c in links if c not in twice]
+                free = {c.target for c in twice} or {port} - {c.target for c in links} - values.keys()
+                values |= {name: self._start(name) for name in free if self.has(name, "input")}
+        return links, values
+
+    def _means_of(self, source: str) -> set[str]:
+        """Return the outputs of the same instance that are step means of a source."""
+        component, variable = split_port(source)
+        means = self.descriptions[component].step_means if component in self.descriptions else {}
+        named = ((split_element(mean)[0], split_element(of)[0]) for mean, of in means.items() if of)
+        return {f"{component}.{mean}" for mean, of in named if of == split_element(variable)[0]}
+
+    def _start(self, name: str) -> Any:
+        starts = [v.start or 0.0 for v in self._variables(split_port(name)[1])]
+        return starts if len(starts) > 1 else starts[0]
 
     def further(self, kept: Sequence[Connection], held: Mapping[str, object]) -> list[Connection]:
         """Connect the inputs that have no source yet; raises `WiringErrors`."""

@@ -2,12 +2,13 @@
 
     <VendorAnnotations><Tool name="adcs-cosim"><Slave refresh="true" sampled="false" role="actuators"
             inputDerivatives="3">
-        <StepMean variable="tau_B[1]" of="h_B[1]"/><Shared variable="spin_axes_B[1,1]"/>
+        <StepMean variable="tau_B[1]" of="h_B[1]"/><RateActs variable="h_B[1]"/><Shared variable="spin_axes_B[1,1]"/>
 
 refresh: outputs may be read again after a set, without a step. sampled: the FMU has samples instead of a continuous
 state. inputDerivatives: up to which order fmi2SetRealInputDerivatives takes them. role: what it is in a loop, as in
 "plant" or "controller". StepMean: an output that is a mean over the last communication step; `of`: the output whose
-rate, up to its sign, is meant. Shared: a parameter of the whole vehicle, which has one value wherever it is known.
+rate, up to its sign, is meant. RateActs: an input whose rate acts on the FMU too, so that its step mean must not come
+in beside it. Shared: a parameter of the whole vehicle, which has one value wherever it is known.
 
 Any other FMU lacks them. Read and written here only; the element classes are those of the caller.
 """
@@ -39,6 +40,7 @@ class Annotations:
     input_derivatives: int = 0
     role: str = ""
     step_means: Mapping[str, str] = field(default_factory=dict)
+    rates_act: tuple[str, ...] = ()
     shared: tuple[str, ...] = ()
 
 
@@ -53,6 +55,7 @@ def read_annotations(root: Any) -> Annotations:
         input_derivatives=_whole(slave.get("inputDerivatives", "")),
         role=slave.get("role", ""),
         step_means={e.get("variable", ""): e.get("of", "") for e in slave.findall("StepMean")},
+        rates_act=tuple(e.get("variable", "") for e in slave.findall("RateActs")),
         shared=tuple(e.get("variable", "") for e in slave.findall("Shared")),
     )
 
@@ -77,5 +80,6 @@ def write_annotations(root: Any, marked: Annotations) -> None:
         parent = child
     for name, of in marked.step_means.items():
         parent.append(parent.makeelement("StepMean", {"variable": name, **({"of": of} if of else {})}))
-    for name in marked.shared:
-        parent.append(parent.makeelement("Shared", {"variable": name}))
+    for tag, names in (("RateActs", marked.rates_act), ("Shared", marked.shared)):
+        for name in names:
+            parent.append(parent.makeelement(tag, {"variable": name}))

@@ -63,7 +63,7 @@ class ModelDescription:
 
     max_input_derivative_order: what our annotations say of fmi2SetRealInputDerivatives, 0: nothing.
     dependencies (outputs), derivatives (rates of states), initial_unknowns: variable -> names it depends on, None: not
-    said. refresh, sampled, step_means, role, shared: see annotations.py.
+    said. refresh, sampled, step_means, rates_act, role, shared: see annotations.py.
     """
 
     model_name: str
@@ -88,6 +88,7 @@ class ModelDescription:
     step_means: Mapping[str, str] = field(default_factory=dict)
     role: str = ""
     shared: frozenset[str] = frozenset()
+    rates_act: frozenset[str] = frozenset()
     model_identifier: str = ""
     source_files: tuple[str, ...] = ()
     log_categories: tuple[str, ...] = ()

@@ -94,6 +94,7 @@ def _from_fmpy(description: Any, annotations: Annotations) -> ModelDescription:
         sampled=annotations.sampled,
         step_means={canonical(n): canonical(of) for n, of in annotations.step_means.items()},
         role=annotations.role,
+        rates_act=frozenset(canonical(n) for n in annotations.rates_act),
         shared=frozenset(canonical(n) for n in annotations.shared),
         model_identifier=slave.modelIdentifier,
         source_files=_source_files(description),

@@ -104,13 +104,14 @@ def _types(root: Element, description: ModelDescription) -> dict[tuple[tuple[str
 
 def _marks(description: ModelDescription) -> Annotations:
     """Return our annotations, variables in the order of the description."""
-    means, shared = description.step_means, description.shared
+    means, shared, acting = description.step_means, description.shared, description.rates_act
     return Annotations(
         refresh=description.refresh,
         sampled=description.sampled,
         input_derivatives=description.max_input_derivative_order,
         role=description.role,
         step_means={name: means[name] for name in description.variables if name in means},
+        rates_act=tuple(name for name in description.variables if name in acting),
         shared=tuple(name for name in description.variables if name in shared),
     )
 

@@ -48,6 +48,7 @@ def describe(component: Component, model_name: str, *, derivatives: bool, **capa
         step_means=_step_means(component),
         role=component.role,
         shared=frozenset(name for p in component.parameters if p.shared for name in p.elements()),
+        rates_act=frozenset(name for u in component.inputs if u.rate_acts for name in u.elements()),
         model_identifier=model_name,
         log_categories=LOG_CATEGORIES,
         generation_tool=TOOL,
@@ -108,7 +109,7 @@ def _variables(part: Component, regions: Regions) -> Iterator[ScalarVariable]:
             (x, "output" if x.output else "local", moving, "calculated" if x.calculated else "exact")
             for x in part.states
         ),
-        *((y, "output", moving, "calculated") for y in part.outputs_declared),
+        *((y, "output", moving, "exact" if y.exact else "calculated") for y in part.outputs_declared),
     ]
     at = 0
     for v, causality, variability, initial in kinds:
@@ -182,7 +183,7 @@ def _derivatives(part: Component, regions: Regions, names: list[str]) -> dict[st
 
 
 def _initial_unknowns(part: Component, regions: Regions, names: list[str]) -> dict[str, tuple[str, ...] | None]:
-    """Return unknowns of initialization mode, with the settable states, inputs and parameters that they depend on."""
+    """Return unknowns of initialization mode, with what they depend on of what can be set."""
     rows: Mapping[str, Rows]
     if isinstance(part, PythonComponent):
         every = {"x": list(range(regions.size["x"])), "p": list(range(regions.size["p"]))}
@@ -191,10 +192,12 @@ def _initial_unknowns(part: Component, regions: Regions, names: list[str]) -> di
         rows = part.functions.initial_dependencies
     rates = regions.size["d"] > 0
     shown = {vr for vr, output, calculated in _states(part, regions) if calculated and (output or rates)}
+    known = {vr for vr in range(regions.offset["x"], regions.offset["y"]) if vr not in shown}
+    known |= set(range(regions.offset["e"], regions.offset["e"] + regions.size["e"]))
     found: dict[str, tuple[str, ...] | None] = {}
     for region in ("c", "x", "y", *(["dx"] if rates else [])):
         start = regions.offset["d" if region == "dx" else region]
         for vr, row in enumerate(rows.get(region, ()), start):
-            if region != "x" or vr in shown:
-                found[names[vr]] = _named(row, "xup", regions, names)
+            if vr not in known:
+                found[names[vr]] = _named(row, "xupe", regions, names)
     return found

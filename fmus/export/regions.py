@@ -2,7 +2,8 @@
 
     [ p parameters | c calculated parameters | u inputs | x states | y other outputs | d state derivatives ]
 
-d exists where the FMU provides directional derivatives (native) of continuous states.
+d exists where the FMU provides directional derivatives (native) of continuous states. e: the first of y, whose start is
+set.
 """
 
 from collections.abc import Iterable, Mapping
@@ -32,4 +33,5 @@ def regions_of(component: Component, derivatives: bool) -> Regions:
         "d": component.states if derivatives and not component.sampled else (),
     }
     size = {region: component.size(groups[region]) for region in REGIONS}
-    return Regions(size, {region: sum(size[r] for r in REGIONS[:i]) for i, region in enumerate(REGIONS)})
+    offset = {region: sum(size[r] for r in REGIONS[:i]) for i, region in enumerate(REGIONS)}
+    return Regions(size | {"e": component.size(component.exact_outputs)}, offset | {"e": offset["y"]})

@@ -70,15 +70,24 @@ def test_what_is_no_unit_quaternion_is_refused(name, q, size):
     assert text in point.violated()
 
 
+@pytest.mark.parametrize("name", [n for n in CATALOG if CATALOG[n]().exact_outputs])
+def test_outputs_whose_start_is_set_are_the_inverse_of_the_initial_equations(name):
+    """What `initial` makes of them, `outputs` gives back, but for the rounding of a few matrix products."""
+    point = Point(CATALOG[name](), np.random.default_rng(6), 0.3)
+    point.x = point.initial()
+    assert_allclose(point.outputs_flat()[: len(point.e)], point.e, rtol=1e-12, atol=1e-12 * np.abs(point.e).max())
+
+
 @every
 @pytest.mark.parametrize("spread", SPREADS)
 def test_directional_derivatives(name, spread):
     """forward and initial_forward against differences (order 4) along a random direction of everything."""
     part, rng, h = CATALOG[name](), np.random.default_rng(3), 1e-3
     point = Point(part, rng, spread, t=2.0)
-    values = {n: getattr(point, n) for n in ("t", "x", "u", "p", "m")}
+    values = {n: getattr(point, n) for n in ("t", "x", "u", "p", "m", "e")}
     nominal = np.concatenate([np.full(v.size, 1e-2 * min(v.nominal or 1, 1)) for v in part.inputs] or [np.zeros(0)])
     size = {"t": 1.0, "x": np.abs(point.x), "u": nominal + np.abs(point.u), "p": np.abs(point.p), "m": 1.0}
+    size["e"] = np.abs(point.e)
     seeds = {n: spread * size[n] * rng.normal(size=np.shape(v)) for n, v in values.items()}
 
     def at(steps):
@@ -93,7 +102,8 @@ def test_directional_derivatives(name, spread):
     f = part.functions
     where = (values["t"], values["x"], values["u"], values["p"], numbers(f.calculate(values["p"])))
     s = list(seeds.values())
-    found = np.concatenate([numbers(v) for v in (*f.forward(*where, *s), f.initial_forward(*where, *s[:4])[0])])
+    initial = f.initial_forward(*where, values["e"], *s[:4], seeds["e"])[0]
+    found = np.concatenate([numbers(v) for v in (*f.forward(*where, *s[:5]), initial)])
     rounding = 1e-15 / h  # of values of the size of one
     assert_allclose(found, expected, rtol=1e-5, atol=1e-8 * np.max(np.abs(expected)) + rounding)
 

@@ -327,10 +327,37 @@ def test_step_mean_and_calculated_state():
     assert [row["u"] for row in initial["x"]] == [[], [], [], [0], [1], [2]]
     assert [row["u"] for row in initial["y"]] == [[0], [1], [2]]  # of the derivative, through the settled lag
     where, none = (0, point.x, point.u, point.p, []), 0 * point.p
-    sx, sm = f.initial_forward(*where, 0, 0 * point.x, [1, 0, 0], none)
+    sx, sm = f.initial_forward(*where, [], 0, 0 * point.x, [1, 0, 0], none, [])
     assert_allclose(numbers(sx), [0, 0, 0, 1, 0, 0])
     assert_allclose(numbers(sm), [1, 0, 0])  # the step mean follows the calculated state
     assert_units(wheel)
+
+
+def test_an_exact_output_needs_a_continuous_state_that_follows_from_it():
+    class Alone(Component):
+        omega = Output(unit="rad/s", exact=True, doc="rate")
+        x = State(unit="rad", doc="angle")
+
+        def derivatives(self, t, x, u, p):
+            return {"x": 1}
+
+    class Sampled(Component):
+        sample_time = 1.0
+        omega = Output(unit="rad/s", exact=True, doc="rate")
+        x = State(unit="rad", calculated=True, doc="angle")
+
+    class Mean(Component):
+        omega = Output(unit="rad/s", exact=True, step_mean=True, doc="rate")
+        x = State(unit="rad", calculated=True, doc="angle")
+        derivatives = Alone.derivatives
+
+    for make in (Alone, Sampled, Mean):
+        with pytest.raises(ComponentError) as caught:
+            make()
+        assert str(caught.value) == (
+            f"{make.__name__}: omega is exact, its start is set: then a continuous state must be calculated from it, "
+            "State(calculated=True) and initial; a step mean cannot be."
+        )
 
 
 def test_projection_follows_each_internal_step():

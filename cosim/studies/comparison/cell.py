@@ -73,7 +73,13 @@ def make_system(plant: Plant, controller: Controller, locate: Locate) -> System:
             **plant.parameters,
             **controller.parameters,
         },
+        held={f"{name}.tau_B": [0.0] * 3 for name in components if _takes_momentum(fmus[name])},
     )
+
+
+def _takes_momentum(fmu: ModelDescription) -> bool:
+    """Whether an FMU has the torque of a cluster from its momentum: then none comes in beside it."""
+    return bool(fmu.rates_act) and "tau_B" in fmu.base_names("input")
 
 
 def _incoming(
@@ -88,7 +94,8 @@ def _incoming(
     for instance in controller.components:
         for name in fmus[instance].base_names("input"):
             target = f"{instance}.{name}"
-            if target not in served and name in offers:
+            held = name == "tau_B" and _takes_momentum(fmus[instance])
+            if target not in served and name in offers and not held:
                 timing = None if name == "tau_B" else "after_step"
                 found.append(Connection(f"{offers[name]}.{name}", target, timing))
     return found

@@ -61,7 +61,6 @@ def _plant(key: str, system: System, locate: Locate) -> Plant:
         own = {"actuators": "ReactionWheels"}
         links = [
             Connection("controller.tau_command_B", "actuators.tau_command_B"),
-            Connection("actuators.tau_B", "plant.tau_B"),
             Connection("actuators.h_B", "plant.h_B", "ramp"),
         ]
         words = f"3 reaction wheels of {TORQUE_LIMIT:g} N m on the body axes; the paper has an ideal torque"

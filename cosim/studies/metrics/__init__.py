@@ -2,6 +2,7 @@
 
     attitude.py   all metrics of a run
     pointing.py   settling time, APE and RPE
+    torque.py     the torque on the body, also that of clusters whose momentum it takes
     momentum.py   whether the total angular momentum was kept
     domain.py     whether the controller reports that its law did not hold
     rows.py       rows of a result as arrays
@@ -14,6 +15,7 @@ from cosim.studies.metrics.attitude import measure, not_measured
 from cosim.studies.metrics.domain import out_of_domain
 from cosim.studies.metrics.pointing import THRESHOLD, attitude_error, reference_rate, settling_time
 from cosim.studies.metrics.rows import first, rotations, series
+from cosim.studies.metrics.torque import torque
 
 __all__ = [
     "THRESHOLD",
@@ -26,4 +28,5 @@ __all__ = [
     "rotations",
     "series",
     "settling_time",
+    "torque",
 ]

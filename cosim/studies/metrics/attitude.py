@@ -9,6 +9,7 @@ from cosim.results.result import Result
 from cosim.studies.metrics.momentum import measure_momentum
 from cosim.studies.metrics.pointing import INTERVAL, THRESHOLD, attitude_error, measure_pointing
 from cosim.studies.metrics.rows import first, series, spans
+from cosim.studies.metrics.torque import torque
 from cosim.studies.roles import Loop, loops
 
 PEAKS = {  # of a plant
@@ -53,12 +54,11 @@ def _named(prefix: str, found: dict[str, Any]) -> dict[str, Any]:
 
 def _of_plant(run: Result, loop: Loop) -> dict[str, Any]:
     """Return effort and vibration of a plant; without a torque on it, of what its controller commands."""
-    torque = first(
-        run,
-        *(f"{loop.plant}.{name}" for name in ("tau_B", "tau_command_S")),
-        *(f"{controller}.tau_command_B" for controller in loop.controllers),
-    )
-    found = _effort(run, torque, "torque", "N.m")
+    given = torque(run, loop)
+    if given is None:
+        commands = (f"{controller}.tau_command_B" for controller in loop.controllers)
+        given = first(run, f"{loop.plant}.tau_command_S", *commands)
+    found = _effort(run, given, "torque", "N.m")
     found |= _effort(run, series(run, f"{loop.plant}.f_command_S"), "force", "N")
     return found | _peaks(run, loop.plant, PEAKS)
 

@@ -2,7 +2,7 @@
 
     change   H(t) - H(t0),  H = H_N of the plant, with what the actuators store                          (1)
     drift    change - integral of q_BN (x) tau (x) q_BN* over the torques tau from outside        (2)
-             tau: its tau_dist_B, and tau_B where no actuator stores what it gives
+             tau: its tau_dist_B, and its tau_B unless that is what actuators give that store it
     relative: drift over the largest of |H|, |h| stored and |integral|                            (3)
 
 The integral is Simpson's rule over the recorded rows. A torque that the master holds over each step H from its value
@@ -21,6 +21,7 @@ from cosim.results.result import Result
 from cosim.studies.metrics.rows import rotations, series
 from cosim.studies.roles import Loop
 
+STEP_MEAN = "step mean"  # a timing in run.json
 HELD = {"at_point": -0.5, "after_step": 0.5}
 
 
@@ -52,10 +53,10 @@ def _impulse(run: Result, plant: str) -> FloatArray | None:
         return None
     frame = rotations(body)
     impulse = _integral(run.time, frame.apply(outside))
-    if np.any(stored != stored[0]):  # actuators store what they give: their torque is internal
-        return impulse
-    given = frame.apply(given)
     timing = run.info.get("connections", {}).get(f"{plant}.tau_B", {}).get("timing", "")
+    if timing == STEP_MEAN or ("connections" not in run.info and np.any(stored != stored[0])):
+        return impulse  # it is the mean of the stored momentum's rate: internal
+    given = frame.apply(given)
     step = HELD.get(timing, 0.0) * run.info.get("communication_step_size", 0.0)
     return impulse + _integral(run.time, given) + step * (given - given[0])
 

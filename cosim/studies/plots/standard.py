@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from cosim.arrays import FloatArray
 from cosim.results.result import Result
-from cosim.studies.metrics import attitude_error, first, reference_rate, series
+from cosim.studies.metrics import attitude_error, first, reference_rate, series, torque
 from cosim.studies.plots.style import (
     COLOURS,
     GREY,
@@ -60,6 +60,10 @@ class View:
     def of_plant(self, name: str) -> FloatArray | None:
         """Return the rows of a variable of the plant."""
         return series(self.run, f"{self.loop.plant}.{name}")
+
+    def torque(self) -> FloatArray | None:
+        """Return the rows of the torque on the body."""
+        return torque(self.run, self.loop)
 
     def command(self, *names: str) -> FloatArray | None:
         """Return the rows of the first of these variables that a controller has."""
@@ -163,7 +167,7 @@ def _command(axes: Sequence[Axes], view: View, name: str, exponents: Sequence[in
 
     A controller that limits its command itself shows `u`, the one before.
     """
-    command, given = view.command("u", "tau_command_B"), view.of_plant("tau_B")
+    command, given = view.command("u", "tau_command_B"), view.torque()
     if command is None or given is None or command.shape != given.shape or np.array_equal(command, given):
         return
     for i, (ax, exponent) in enumerate(zip(axes, exponents, strict=True)):
@@ -188,7 +192,7 @@ def _modes(views: Views) -> Figure | None:
 
 def _given(view: View) -> FloatArray | None:
     """Return the torque on the hub; without one, what is commanded."""
-    given = view.of_plant("tau_B")
+    given = view.torque()
     return view.command("tau_command_B") if given is None else given
 
 

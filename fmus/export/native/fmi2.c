@@ -7,6 +7,7 @@
  *
  * One flat vector holds every variable, a value reference is an index into it (sizes NP, NC, ... from model.h):
  *   v = [ p parameters | c calculated parameters | u inputs | x states | y outputs that are no states | d rates of x ]
+ * The first NE of y have a start that is set, from which `initial` calculates states; it stands while nothing is set or stepped.
  * m, beside it, are the step means: outputs that are the mean of a rate over the last step.
  *
  * One translation unit: all but the fmi2 functions is static. No mutable static data, no heap in fmi2DoStep.
@@ -212,7 +213,7 @@ static void settle(State *s)
 #ifdef initial_SZ_ARG
     {
         double x[NX + 1];
-        CALL(initial, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v)), OUT(x));
+        CALL(initial, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), Y(s->v)), OUT(x));
         memcpy(X(s->v), x, NX * sizeof x[0]);
     }
 #endif
@@ -244,7 +245,12 @@ static void show(State *s)
 #if SAMPLED
     if (s->due) sample_at(s, s->t, U(s->v));
 #elif defined outputs_SZ_ARG
-    CALL(outputs, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), s->m), OUT(Y(s->v)));
+    {
+        double set[NE + 1];
+        memcpy(set, Y(s->v), NE * sizeof set[0]);
+        CALL(outputs, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), s->m), OUT(Y(s->v)));
+        if (s->mode == INITIALIZATION) memcpy(Y(s->v), set, NE * sizeof set[0]);
+    }
 #endif
 }
 
@@ -272,8 +278,9 @@ static void slope(State *s, double *r)
     memcpy(X(r), D(s->v), ND * sizeof r[0]);
 }
 
-/* Directional derivative of c, x, y and d along a seed of time and of p, u and x; both are laid out like v, the result is
- * zero before. In initialization mode c, the calculated states and the step means follow the seed, later they do not. */
+/* Directional derivative of c, x, y and d along a seed of time and of p, u and x, in initialization mode of the outputs
+ * with a start too; both are laid out like v, the result is zero before. In initialization mode c, the calculated states
+ * and the step means follow the seed, later they do not. */
 static void tangent(const State *s, double st, const double *seed, double *result)
 {
     double *sx = X(result), sm[NM + 1] = {0};
@@ -283,14 +290,15 @@ static void tangent(const State *s, double st, const double *seed, double *resul
         CALL(calculate_forward, IN(P(s->v), P(seed)), OUT(C(result)));
 #endif
 #ifdef initial_forward_SZ_ARG
-        CALL(initial_forward, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), &st, X(seed), U(seed), P(seed)),
-             OUT(sx, sm));
+        CALL(initial_forward, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), Y(s->v), &st, X(seed), U(seed), P(seed),
+             Y(seed)), OUT(sx, sm));
 #endif
     }
 #ifdef forward_SZ_ARG
     if (!SAMPLED || s->due)
         CALL(forward, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), &st, sx, U(seed), P(seed), sm),
              OUT(D(result), Y(result)));
+    if (s->mode == INITIALIZATION) memcpy(Y(result), Y(seed), NE * sizeof *result); /* these are set */
 #endif
     (void)st, (void)sm;
 }

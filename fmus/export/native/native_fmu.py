@@ -159,6 +159,7 @@ def _generated(part: Component) -> tuple[bytes, bytes]:
 def _model_header(part: Component, description: ModelDescription) -> bytes:
     conditions = part.functions.conditions
     sizes = {f"N{region.upper()}": regions_of(part, derivatives=True).size[region] for region in REGIONS}
+    sizes["NE"] = part.size(part.exact_outputs)
     sizes["NM"] = len(description.step_means)
     sizes["N_CONDITIONS"] = len(conditions)
     sizes["N_SHOWN"] = sum(len(c.shown) for c in conditions)

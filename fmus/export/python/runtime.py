@@ -63,7 +63,7 @@ class Runtime(Vector):
         f = part.functions
         t, x, u, p, c, m = self._t, self.x, self.u, self.p, self.c, self.m
         self._calculate = Buffered(f.calculate, [p], [c])
-        self._initial = Buffered(f.initial, [t, x, u, p, c], [self._x_next])
+        self._initial = Buffered(f.initial, [t, x, u, p, c, self.e], [self._x_next])
         self._outputs = Buffered(f.outputs, [t, x, u, p, c, m], [self.y])
         if part.sampled:
             self._update = Buffered(f.update, [t, x, u, p, c], [self._x_next])
@@ -143,7 +143,10 @@ class Runtime(Vector):
             if self._means:
                 self._mean_rates.run()
         if not self.component.sampled:
+            was_set = self.e.copy() if self.mode == INITIALIZATION else None
             self._outputs.run()
+            if was_set is not None:
+                self.e[:] = was_set
         elif self.due or self.mode == INITIALIZATION:
             self._update.run()
             self._outputs_next.run()

@@ -29,11 +29,14 @@ class Vector:
         self.p, self.c, self.u, self.x, self.y = (self.v[s] for s in (p, c, u, x, y))
         self.names = [n for g in groups for v in g for n in v.elements()]
         self._first_input, self._first_state = u.start, x.start
-        for group, values in zip((part.parameters, part.inputs, part.states), (self.p, self.u, self.x), strict=True):
+        self.e = self.y[: part.size(part.exact_outputs)]  # whose start is set
+        settable = (part.parameters, part.inputs, part.states, part.exact_outputs)
+        for group, values in zip(settable, (self.p, self.u, self.x, self.e), strict=True):
             values[:] = np.concatenate([np.zeros(0), *(np.ravel(v.start) for v in group)])
         before, between = np.zeros(len(self.v), bool), np.zeros(len(self.v), bool)
         before[p] = before[u] = between[u] = True
         before[x] = np.repeat([not s.calculated for s in part.states], [s.size for s in part.states])
+        before[y.start : y.start + len(self.e)] = True
         between[p] = np.repeat([q.tunable for q in part.parameters], [q.size for q in part.parameters])
         self.mode = INSTANTIATED
         self._stale, self._parameters_stale = True, True

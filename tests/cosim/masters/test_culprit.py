@@ -15,10 +15,7 @@ from fmus.export.build import build
 
 from .. import both
 
-LOOP = [
-    ("wheels.tau_B", "plant.tau_B"),
-    ("wheels.h_B", "plant.h_B", "midpoint"),
-]
+LOOP = [("wheels.h_B", "plant.h_B", "midpoint")]
 
 
 @pytest.fixture(scope="module", params=["native", "python"])
@@ -31,9 +28,8 @@ def fmus(request, tmp_path_factory):
 
 def system(fmus, friction) -> System:
     parameters = {"wheels.friction": [friction] * 3, "wheels.rotor_inertia": [0.05] * 3}
-    return both.of(
-        fmus, LOOP, parameters=parameters, held={"wheels.tau_command_B": [0.1, 0.2, 0.3], "plant.tau_dist_B": [0.0] * 3}
-    )
+    held = {"wheels.tau_command_B": [0.1, 0.2, 0.3], "plant.tau_B": [0.0] * 3, "plant.tau_dist_B": [0.0] * 3}
+    return both.of(fmus, LOOP, parameters=parameters, held=held)
 
 
 @pytest.mark.parametrize("loop", ["auto", "never"])

@@ -9,8 +9,8 @@ from ..fakes import Gain
 SYSTEM = System(
     name="flown",
     components={"wheels": "ReactionWheels", "plant": "FlexibleSpacecraft:modes=1"},
-    connections=[Connection("wheels.tau_B", "plant.tau_B"), Connection("wheels.h_B", "plant.h_B")],
-    held={"wheels.tau_command_B": [0.0, 0.0, 0.0], "plant.tau_dist_B": [0.0, 0.0, 0.0]},
+    connections=[Connection("wheels.h_B", "plant.h_B")],
+    held={"wheels.tau_command_B": [0.0] * 3, "plant.tau_B": [0.0] * 3, "plant.tau_dist_B": [0.0] * 3},
     parameters={"plant.J[1,1]": 400.0, "plant.omega_BN_B": [0.01, 0.0, 0.0], "wheels.wheel_momentum": 0.5},
 )
 SHORT = Experiment(stop_time=0.2, communication_step_size=0.1)

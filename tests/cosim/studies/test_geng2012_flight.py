@@ -66,8 +66,8 @@ class TestTable:
         slave.setup_experiment(0.0)
         slave.enter_initialization_mode()
         slave.exit_initialization_mode()
-        states = [f"omega_BN_B[{i}]" for i in (1, 2, 3)]
-        states += [f"{name}[{i}]" for name in ("eta", "eta_dot") for i in (1, 2, 3, 4)]
+        states = [f"L_B[{i}]" for i in (1, 2, 3)]
+        states += [f"{name}[{i}]" for name in ("eta", "psi_eta") for i in (1, 2, 3, 4)]
         slopes = tuple(variables[f"der({name})"].value_reference for name in states)
         columns = [
             slave.directional_derivative(slopes, (variables[name].value_reference,), np.ones(1)) for name in states

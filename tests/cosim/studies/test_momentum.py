@@ -1,14 +1,21 @@
-"""Two units that exchange a torque keep their total inertial momentum, because the torque is the mean over the step."""
+"""The total inertial momentum of a body and its actuators, which are units of their own.
+
+A body that takes their momentum keeps it whatever a master makes of that between two communication points; one that
+takes their torque keeps it because the torque is the mean over the step.
+"""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from cosim import simulate
 from cosim.system import Connection, Experiment, System
 
-WHEEL = f"{Path(__file__).parents[1] / 'wheel.py'}:Wheel"
+FILE = Path(__file__).parents[1] / "wheel.py"
+WHEEL, TORQUE_BODY = f"{FILE}:Wheel", f"{FILE}:TorqueBody"
+BODY = "FlexibleSpacecraft:modes=0"
 FAST = {  # a torque that reverses every 30 s, a body that tumbles at 3 deg/s
     "command.bias": [0.0, 0.0, 0.0],
     "command.sine": [0.3, -0.2, 0.25],
@@ -18,21 +25,51 @@ FAST = {  # a torque that reverses every 30 s, a body that tumbles at 3 deg/s
 }
 
 
-def drift(momentum: str | None, step: float, torque: str = "tau_B") -> float:
-    """The change of the total inertial momentum over 20 s, relative to its size."""
+def fly(body: str, momentum: str | None, step: float, torque: str = ""):
+    """20 s of the wheels on a body; `torque`: the wheels' output that the body takes as a torque."""
     system = System(
         name="momentum",
-        components={"command": "HarmonicTorque", "wheel": WHEEL, "body": "FlexibleSpacecraft:modes=0"},
+        components={"command": "HarmonicTorque", "wheel": WHEEL, "body": body},
         connections=[
             Connection("command.tau_dist_B", "wheel.tau_command_B", "ramp"),  # so that the torque changes in a step
-            Connection(f"wheel.{torque}", "body.tau_B", "after_step"),
             Connection("wheel.h_B", "body.h_B", momentum),
+            *([Connection(f"wheel.{torque}", "body.tau_B", "after_step")] if torque else []),
         ],
         parameters=FAST,
-        held={"body.tau_dist_B": [0.0, 0.0, 0.0]},
+        held={f"body.{name}": [0.0] * 3 for name in (["tau_B", "tau_dist_B"] if body == BODY else [])},
     )
-    total = simulate(system, Experiment(stop_time=20.0, communication_step_size=step))["body.H_N"]
+    return simulate(system, Experiment(stop_time=20.0, communication_step_size=step))
+
+
+def change(total: np.ndarray) -> float:
+    """The largest change of a vector, relative to its size."""
     return float(np.max(np.linalg.norm(total - total[0], axis=1)) / np.linalg.norm(total[0]))
+
+
+def drift(momentum: str | None, step: float, torque: str = "tau_B") -> float:
+    """Of the body that takes the torque."""
+    return change(fly(TORQUE_BODY, momentum, step, torque)["body.H_N"])
+
+
+# ---- a body that takes the momentum --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("timing", [None, "at_point", "after_step", "midpoint", "ramp"])
+def test_a_body_that_takes_the_momentum_keeps_it_in_every_timing(timing):
+    """By what was recorded of both units, too: J w + h in inertial axes, at every row but where h is one step late."""
+    run = fly(BODY, timing, 0.01)
+    assert change(run["body.H_N"]) < 1e-13
+    body = run["body.omega_BN_B"] * [300.0, 200.0, 250.0] + run["wheel.h_B"]
+    total = Rotation.from_quat(run["body.q_BN"], scalar_first=True).apply(body)
+    assert change(total) < (1e-12 if timing not in ("at_point", "midpoint") else 1e-3)
+
+
+def test_a_momentum_that_says_no_timing_is_ramped():
+    first, second = (fly(BODY, timing, 0.1)["body.q_BN"] for timing in (None, "ramp"))
+    assert first.tobytes() == second.tobytes()
+
+
+# ---- a body that takes the torque ----------------------------------------------------------------------------------
 
 
 def test_ramped_momentum_is_kept_to_rounding():

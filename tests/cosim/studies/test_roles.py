@@ -33,10 +33,9 @@ def parts(names, sensor=""):
     ]
     links += [
         Connection(f"{law}.tau_command_B", f"{wheels}.tau_command_B"),
-        Connection(f"{wheels}.tau_B", f"{plant}.tau_B"),
         Connection(f"{wheels}.h_B", f"{plant}.h_B"),
     ]
-    held = {f"{plant}.tau_dist_B": [0.0, 0.0, 0.0]}
+    held = {f"{plant}.{n}": [0.0, 0.0, 0.0] for n in ("tau_B", "tau_dist_B")}
     parameters = {f"{guidance}.angle": 0.1, f"{plant}.q_BN": [0.9999, 0.0141417821, 0.0, 0.0]}
     return components, links, held, parameters
 

@@ -80,7 +80,7 @@ class TestTable:
     def test_unconstrained(self):
         run = flight("xiao2011-l2gain-unconstrained")
         assert_allclose(np.abs(run["controller.u"][0]), [1588.8, 1454.8, 1868.3], rtol=0.01)
-        assert_allclose(np.abs(run["plant.tau_B"]).max(axis=0), [1588.8, 1454.8, 1868.3], rtol=0.01)
+        assert_allclose(np.abs(run["actuators.tau_B"]).max(axis=0), [1588.8, 1454.8, 1868.3], rtol=0.01)
         assert_allclose(tracking.settling(run, 0.05), [0.59, 0.69, 0.58], atol=0.02)
 
     def test_first_zero_crossings_of_s(self):
@@ -211,7 +211,7 @@ class TestTracking:
         error, lag = (np.degrees(np.abs(tracking.deviation(r)[r.time >= 500.0])).max(axis=0) for r in (run, without))
         assert error.max() < 1e-7
         assert_allclose(lag, 0.0153, rtol=0.01)
-        assert np.abs(run["plant.tau_B"]).max() == pytest.approx(0.2)
+        assert np.abs(run["actuators.tau_B"]).max() == pytest.approx(0.2)
 
 
 class TestStorage:
@@ -238,7 +238,7 @@ class TestPhysics:
         H = run["plant.H_N"]
         scale = max(np.linalg.norm(H[0]), np.linalg.norm(run["plant.h_B"], axis=1).max())
         assert np.linalg.norm(H - H[0], axis=1).max() < 1e-12 * scale
-        assert np.abs(run["plant.tau_B"]).max() == pytest.approx(0.2)
+        assert np.abs(run["actuators.tau_B"]).max() == pytest.approx(0.2)
 
     def test_momentum_with_wheels_at_their_limit(self):
         limit = self.QUIET | {"actuators.momentum_limit": 0.5, "actuators.friction": 1e-4}

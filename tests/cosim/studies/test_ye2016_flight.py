@@ -154,22 +154,22 @@ class TestMomentum:
     def test_of_every_run(self, runs):
         for name, run in runs.items():
             H = run["plant.H_N"]
-            assert np.linalg.norm(H - H[0], axis=1).max() < 1e-7 * np.linalg.norm(H[0]), name
+            assert np.linalg.norm(H - H[0], axis=1).max() < 1e-12 * np.linalg.norm(H[0]), name
 
     def test_with_a_lag_and_limits(self):
         settings = {"actuators.gimbal_lag": 0.05, "actuators.gimbal_rate_limit": [2e-3] * 4}
         run = fly(system.NONADAPTIVE, settings, stop_time=100.0)
         assert run["actuators.saturated"].max() == 1
         H = run["plant.H_N"]
-        assert np.linalg.norm(H - H[0], axis=1).max() < 1e-7 * np.linalg.norm(H[0])
+        assert np.linalg.norm(H - H[0], axis=1).max() < 1e-12 * np.linalg.norm(H[0])
 
-    @pytest.mark.parametrize(("step", "drift"), [(0.01, 8.6e-8), (0.1, 8.6e-6)])
-    def test_it_drifts_with_the_square_of_the_step_by_the_momentum_of_the_middle(self, step, drift):
+    @pytest.mark.parametrize("timing", ["at_point", "after_step", "midpoint", "ramp"])
+    def test_whatever_the_master_makes_of_the_momentum_between_two_points(self, timing):
         flight, experiment = scenario(system.NONADAPTIVE)
-        links = [replace(k, timing="midpoint") if k.target == "plant.h_B" else k for k in flight.connections]
-        changes = replace(experiment, communication_step_size=step, every=max(1, round(0.1 / step)))
+        links = [replace(k, timing=timing) if k.target == "plant.h_B" else k for k in flight.connections]
+        changes = replace(experiment, communication_step_size=0.1, every=1)
         H = simulate(replace(flight, connections=links), changes)["plant.H_N"]
-        assert_allclose(np.linalg.norm(H - H[0], axis=1).max() / np.linalg.norm(H[0]), drift, rtol=0.1)
+        assert np.linalg.norm(H - H[0], axis=1).max() < 1e-12 * np.linalg.norm(H[0])
 
 
 class TestLimitsOfTheLoop:

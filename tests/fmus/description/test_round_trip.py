@@ -89,6 +89,7 @@ def everything() -> ModelDescription:
         step_means={"angle[1]": "angle[2]"},
         role="plant",
         shared=frozenset({"count"}),
+        rates_act=frozenset({"torque"}),
         model_identifier="everything_",
         source_files=("a.c", "b.c"),
         log_categories=("logAll",),

@@ -83,6 +83,35 @@ class Wheel(Component):
         return {"momentum": ca.fmin(p.inertia * (x.speed + u.body_rate), p.momentum_limit)}
 
 
+class Turntable(Component):
+    """Two exact outputs: users set rates, what is integrated are momenta, which contain a stored one."""
+
+    J = Parameter(unit="kg.m2", shape=(2, 2), start=((2.0, 0.3), (0.3, 1.5)), doc="inertia")
+    spring = Parameter(unit="N.m/rad", start=0.7, doc="spring")
+    J_inverse = CalculatedParameter(unit="1/(kg.m2)", shape=(2, 2), doc="inverse inertia")
+    stored = Input(unit="N.m.s", shape=(2,), start=(0.2, -0.1), doc="momentum of a wheel inside")
+    energy = Output(unit="J", doc="kinetic energy")
+    angle = State(unit="rad", shape=(2,), start=(0.3, 0.1), output=True, doc="angles")
+    L = State(unit="N.m.s", shape=(2,), calculated=True, doc="total momentum")
+    omega = Output(unit="rad/s", shape=(2,), start=(0.1, 1 / 3), exact=True, doc="rates")
+
+    def calculate(self, p):
+        return {"J_inverse": ca.inv(p.J)}
+
+    def initial(self, t, x, u, p):
+        return {"L": (1 + 0.1 * ca.sin(x.angle[0])) * (p.J @ x.omega) + u.stored}
+
+    def derivatives(self, t, x, u, p):
+        return {"angle": self._rates(x, u, p), "L": -p.spring * x.angle}
+
+    def outputs(self, t, x, u, p):
+        omega = self._rates(x, u, p)
+        return {"omega": omega, "energy": 0.5 * omega.T @ p.J @ omega}
+
+    def _rates(self, x, u, p):
+        return p.J_inverse @ (x.L - u.stored) / (1 + 0.1 * ca.sin(x.angle[0]))
+
+
 class Integrator(Component):
     """x' = u, for the interpolation of inputs."""
 
@@ -204,5 +233,5 @@ class Braces(Component):
 
 def every() -> dict[str, Component]:
     """Return one of each that can be native, by name."""
-    parts = [Swing(), Wheel(), Integrator(), Blowup(), Sum(), Gain(), Autonomous(), Clock()]
+    parts = [Swing(), Wheel(), Turntable(), Integrator(), Blowup(), Sum(), Gain(), Autonomous(), Clock()]
     return {p.name: p for p in parts} | {f"Modes_{n}": Modes(modes=n) for n in (0, 2)}

@@ -74,6 +74,7 @@ def flight(
             "plant": "FlexibleSpacecraft:modes=4",
         },
         connections=_connections(),
+        held={"plant.tau_B": [0.0] * 3, "observer.tau_B": [0.0] * 3},
         vehicle={
             "J": Value(J, "kg.m2"),
             "delta": Value(np.transpose(F), "kg(1/2).m"),
@@ -110,13 +111,11 @@ def _connections() -> list[Connection]:
     return [
         Connection("steering.gimbal_rate_command", "actuators.gimbal_rate_command", "at_point"),
         Connection("steering.wheel_acceleration_command", "actuators.wheel_acceleration_command", "at_point"),
-        Connection("actuators.tau_B", "plant.tau_B", "after_step"),
         Connection("actuators.h_B", "plant.h_B", "ramp"),
         # A known function of time: its mean over the step is at hand without an iteration, and second order.
         Connection("environment.tau_dist_B", "plant.tau_dist_B", "midpoint"),
         # A ramp: what the observer shows at the end of its step is then that of the end, for the controller's mean.
         Connection("plant.omega_BN_B", "observer.omega_BN_B", "ramp"),
-        Connection("actuators.tau_B", "observer.tau_B", "after_step"),
         Connection("actuators.h_B", "observer.h_B", "ramp"),
         Connection("plant.q_BN", "controller.q_BN", "after_step"),
         Connection("plant.omega_BN_B", "controller.omega_BN_B", "after_step"),

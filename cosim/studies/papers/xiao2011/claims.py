@@ -133,7 +133,7 @@ def _tracks(runs: Mapping[str, Result]) -> Measured:
 def _limit_kept(runs: Mapping[str, Result]) -> Measured:
     applied, raw = (
         {case: np.max(np.abs(runs[law][port])) for case, law in CASES.items()}
-        for port in ("plant.tau_B", "controller.u")
+        for port in ("actuators.tau_B", "controller.u")
     )
     text = (
         f"at most {max(applied.values()):.6g} N m; before the limiter up to {raw['S']:.0f} (S), {raw['L']:.0f} N m (L)"

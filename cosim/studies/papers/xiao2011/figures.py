@@ -175,7 +175,7 @@ def _torque(runs: Mapping[str, Result], title: str) -> Figure:
     largest = max(float(np.max(np.abs(run["controller.u"]))) for run in runs.values())
     for column, (name, run) in enumerate(runs.items()):
         for i, row in enumerate(grid):
-            asked, given = run["controller.u"][:, i], run["plant.tau_B"][:, i]
+            asked, given = run["controller.u"][:, i], run["actuators.tau_B"][:, i]
             plots.asked_and_given(row[column], run.time, asked, given, (-U_MAX, U_MAX))
             plots.beyond_linear(row[column], U_MAX, largest)
             row[0].set_ylabel(plots.label(f"$u_{i + 1}$, {AXES[i]}", "N.m"))

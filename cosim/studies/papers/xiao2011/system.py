@@ -241,10 +241,10 @@ def _flight(name: str, controller: str, size: float, gains: dict[str, Any], limi
             *(Connection(f"plant.{port}", f"controller.{port}", "after_step") for port in MEASURED),
             *(Connection(f"guidance.{port}", f"controller.{port}", "after_step") for port in REFERENCE),
             Connection("controller.tau_command_B", "actuators.tau_command_B", "at_point"),
-            Connection("actuators.tau_B", "plant.tau_B"),
             Connection("actuators.h_B", "plant.h_B", "ramp"),
             Connection("environment.tau_dist_B", "plant.tau_dist_B", "midpoint"),
         ],
+        held={"plant.tau_B": [0.0, 0.0, 0.0]},
         vehicle={
             "J": Value(np.diag(INERTIA), "kg.m2"),
             "delta": Value(DELTA.T, "kg(1/2).m"),

@@ -28,7 +28,7 @@ def theorem_1(runs: Mapping[str, Result]) -> Measured:
     run = runs[L2_UNCONSTRAINED]
     linear, omega = gain.supremum()
     measured = _gain(runs[SHAKEN], STEADY)
-    peak = np.max(np.abs(run["plant.tau_B"]))
+    peak = np.max(np.abs(run["actuators.tau_B"]))
     text = f"{measured:.4f} shaken at {SHAKE[0]:g} rad/s (linearised {linear:.4f} at {omega:.1f}); peak {peak:.0f} N m"
     final = np.max(np.abs(angles(run)[-1]) / np.abs(angles(run)[0]))
     excess = storage.excess(runs[SHAKEN])

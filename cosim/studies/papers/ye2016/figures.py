@@ -232,7 +232,7 @@ def _torque(runs: Mapping[str, Result]) -> Figure:
     for column, (reading, own) in enumerate(shown.items()):
         axes = [line[column] for line in grid]
         axes[0].set_title(reading)
-        rows = {name: run["plant.tau_B"] for name, run in own.items()}
+        rows = {name: _given(run) for name, run in own.items()}
         exponent = plots.scale(rows.values())
         _draw(axes, own, rows, exponent, [plots.label(rf"$\tau_{axis}$", "N.m", exponent) for axis in "xyz"])
         figure.align_ylabels(axes)
@@ -249,16 +249,21 @@ def _wanted(runs: Mapping[str, Result]) -> Figure:
     figure, grid = plots.panels(4, 1, f"Torque wanted and given: {SHORT[name]}; below, what is missing in every run")
     for i, axis in enumerate("xyz"):
         ax = grid[i][0]
-        plots.asked_and_given(ax, run.time, run["controller.tau_wanted_B"][:, i], run["plant.tau_B"][:, i])
+        plots.asked_and_given(ax, run.time, run["controller.tau_wanted_B"][:, i], _given(run)[:, i])
         ax.set_ylabel(rf"$\tau_{axis}$ (N m)")
     for key, other in runs.items():
-        missing = np.linalg.norm(other["controller.tau_wanted_B"] - other["plant.tau_B"], axis=1)
+        missing = np.linalg.norm(other["controller.tau_wanted_B"] - _given(other), axis=1)
         time, largest = _envelope(other.time, missing.reshape(-1, 1), 2.0)
         grid[3][0].semilogy(time, np.maximum(largest[:, 0], 1e-9), label=SHORT[key], **LOOKS[key])
     grid[3][0].set_ylabel("missing (N m)")
     figure.align_ylabels([line[0] for line in grid])
     plots.legend(figure, columns=3)
     return figure
+
+
+def _given(run: Result) -> FloatArray:
+    """Return the torque of the cluster on the body; gyros that are in the plant give none from outside."""
+    return run["actuators.tau_B"] if "actuators.tau_B" in run else run["plant.tau_B"]
 
 
 def _draw(
