@@ -1,4 +1,4 @@
-"""The Jacobian of a loop's residual from directional derivatives: how each unknown moves the ends of members' steps.
+"""The Jacobian of a loop's residual from directional derivatives: how each unknown moves the ends of a step.
 
 A member near the end of the step is x' = A x + B u, y = C x + D u, of which FMI gives products with a vector. Where its
 inputs' ends move by db and their slopes there by db', a smooth input moves over the step, with r = s / h, by (1), a ramp
