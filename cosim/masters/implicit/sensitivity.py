@@ -1,8 +1,8 @@
 """The Jacobian of a loop's residual from directional derivatives: how each unknown moves the ends of a step.
 
 A member near the end of the step is x' = A x + B u, y = C x + D u, of which FMI gives products with a vector. Where its
-inputs' ends move by db and their slopes there by db', a smooth input moves over the step, with r = s / h, by (1), a ramp
-by r db:
+inputs' ends move by db and their slopes there by db', a smooth input moves over the step, with r = s / h, by (1), a
+ramp by r db:
 
     du(s) = (3 r^2 - 2 r^3) db + h (r^3 - r^2) db'                                                        (1)
     dx(h) = sum over k = 0, 1, 2 of A^k B (m_k db + n_k db'),  m_k, n_k = integrals of (h - s)^k / k! in (1)  (2)
