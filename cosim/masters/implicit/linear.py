@@ -26,8 +26,13 @@ def solve(matrix: FloatArray, right: FloatArray) -> FloatArray | None:
 
 
 def broyden(jacobian: FloatArray, residual: FloatArray, step: FloatArray) -> FloatArray:
-    """Return the Jacobian after a Newton step that left a residual (Broyden 1965): J + f s^T / s^T s."""
+    """Return the Jacobian after a Newton step that left a residual (Broyden 1965): J + f s^T / s^T s.
+
+    A step of no length says nothing new.
+    """
     square = 0.0
     for s in step.tolist():
         square += s * s
+    if square == 0:
+        return jacobian
     return jacobian + (residual / square)[:, np.newaxis] * step

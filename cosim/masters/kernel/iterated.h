@@ -71,6 +71,7 @@ static void broyden(integer n, double *jacobian, const double *residual, const d
     double square = 0;
     integer i, j;
     for (i = 0; i < n; i++) square += change[i] * change[i];
+    if (square == 0) return;
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++) jacobian[i * n + j] = jacobian[i * n + j] + residual[i] / square * change[j];
 }
