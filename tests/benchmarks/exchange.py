@@ -20,6 +20,7 @@ from cosim import prepare
 from cosim.cli.library import Library
 from cosim.flights import Prepared
 from cosim.masters.explicit import Explicit
+from cosim.masters.iterated import Iterated
 from cosim.results.result import Result
 from cosim.studies import papers
 from cosim.studies.markdown import write_table
@@ -31,7 +32,7 @@ from cosim.time import in_words, parse_seconds
 SYSTEMS = (
     "zhang2018-ppatc", "xiao2011-l2gain", "xiao2011-pid", "ye2016-adaptive", "li2014-nn", "geng2012-compensated",
 )  # fmt: skip
-FINER = 8
+FINER = 4
 HEAD = (
     "system", "exchange", "step", "error (deg)", "order", "CPU (s)", "evaluations a step", "flies up to", "diverges at",
 )  # fmt: skip
@@ -53,8 +54,10 @@ class Exchange:
 EXCHANGES: Mapping[str, Exchange] = {
     "held": Exchange(Explicit(), held=True),
     "explicit slopes": Exchange(Explicit(inputs="smooth", extrapolation=1)),
+    "iterated ramp": Exchange(Iterated(inputs="ramp")),
+    "iterated smooth": Exchange(Iterated(inputs="smooth")),
 }
-BEST = "explicit slopes"
+BEST = "iterated smooth"
 
 
 def attitude(run: Result) -> str:
@@ -79,13 +82,6 @@ def reference(prepared: Prepared, experiment: Experiment, step: Fraction) -> tup
         for n in (FINER, FINER // 2)
     )
     return fine, largest_angle(twice, fine)
-
-
-def evaluations(found: Verification) -> str:
-    """How often the FMUs were stepped in a communication step, where the result says so."""
-    result = found.trials[0].result
-    told = None if result is None else result.info.get("evaluations")
-    return "1" if told is None else f"{told:.2f}"
 
 
 def rows(name: str, options: argparse.Namespace) -> Iterator[tuple[str, ...]]:
@@ -121,7 +117,7 @@ def figures(found: Verification, exact: Result) -> tuple[str, ...]:
         for step in ((limit.flies, limit.fails) if limit else (None, None))
     )
     remark = f"{fails}, {limit.remark}".strip(", ") if limit and limit.remark else fails
-    return error, order, f"{first.cpu:.2f}", evaluations(found), flies, remark
+    return error, order, f"{first.cpu:.2f}", f"{first.evaluations:.2f}", flies, remark
 
 
 def main() -> None:
