@@ -27,7 +27,7 @@ from cosim.studies.markdown import write_table
 from cosim.studies.verification import Verification, verify
 from cosim.studies.verification.convergence import angle, is_attitude
 from cosim.system import Experiment, System
-from cosim.time import in_words, parse_seconds
+from cosim.time import exact_seconds, in_words, parse_seconds
 
 SYSTEMS = (
     "zhang2018-ppatc", "xiao2011-l2gain", "xiao2011-pid", "ye2016-adaptive", "li2014-nn", "geng2012-compensated",
@@ -87,8 +87,9 @@ def reference(prepared: Prepared, experiment: Experiment, step: Fraction) -> tup
 def rows(name: str, options: argparse.Namespace) -> Iterator[tuple[str, ...]]:
     """The rows of one system."""
     system, experiment = papers.scenario(name)
-    own = Fraction(str(experiment.communication_step_size))
-    steps = [Fraction(parse_seconds(s, "--steps")) for s in options.steps.split(",")] if options.steps else [own]
+    own = exact_seconds(experiment.communication_step_size, "the step")
+    given = options.steps.split(",") if options.steps else []
+    steps = [exact_seconds(parse_seconds(s, "--steps"), "--steps") for s in given] or [own]
     if options.stop:
         experiment = replace(experiment, stop_time=parse_seconds(options.stop, "--stop"))
     interval = own * experiment.every  # of the rows; a step that does not fit has the rows at common multiples
@@ -101,7 +102,7 @@ def rows(name: str, options: argparse.Namespace) -> Iterator[tuple[str, ...]]:
             for step in steps:
                 every = max(1, int(interval / step))
                 setup = replace(experiment, master=exchange.master, communication_step_size=step, every=every)
-                found = verify(prepared, setup, search=parse_seconds(options.search, "--search"))
+                found = verify(prepared, setup, search=float(parse_seconds(options.search, "--search")))
                 yield name, word, in_words(step), *figures(found, exact)
 
 

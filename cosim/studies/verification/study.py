@@ -86,6 +86,8 @@ def verify(
     `progress`: as in `prepare` and `Prepared.fly`. Ctrl-C ends it with what was flown. Raises what `Prepared.fly`
     raises before the first step at the experiment's own step, and `NotSupported` where there is nothing to compare.
     """
+    if search is not None and not search > 0:
+        raise NotSupported(f"a search of {search:g} s", "Give it some time: search=60.0, --limit-time 60s.")
     with nullcontext(system) if isinstance(system, Prepared) else prepare(system, locate) as prepared:
         names = compared(prepared.wiring)
         setup = replace(experiment, record=names)
