@@ -109,7 +109,7 @@ def rows(name: str, options: argparse.Namespace) -> Iterator[tuple[str, ...]]:
 def figures(found: Verification, exact: Result) -> tuple[str, ...]:
     """Error, order, cost and limits of an exchange at a step."""
     first, limit = found.trials[0], found.limit
-    error = f"{largest_angle(first.result, exact):.1e}" if first.finished else first.ended
+    error = f"{largest_angle(first.result, exact):.1e}" if first.finished else "diverges"
     order = next(
         (f"{v.order:.2f}" if v.order is not None else v.remark for v in found.variables if v.unit == "deg"), ""
     )

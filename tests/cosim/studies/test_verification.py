@@ -173,14 +173,14 @@ class TestLimit:
         with pytest.raises(NotSupported, match=r"a search of -1 s. Give it some time: search=60.0, --limit-time 60s"):
             verify(prepared, setup(1e-3), search=-1.0)
 
-    def test_no_step_flies(self):
-        limit = largest_step(lambda step: trial(step, False), MS, MS / 4, 100 * MS)
-        assert (limit.flies, limit.fails, limit.trials) == (None, MS / 4, 3)
-
     def test_refused_steps_say_nothing_of_the_exchange(self):
-        limit = largest_step(lambda step: trial(step, True, refused=step > 3 * MS), MS, MS / 4, 100 * MS)
+        limit = largest_step(lambda step: trial(step, True, refused=step > 3 * MS), MS, None, 100 * MS)
         assert (limit.flies, limit.fails) == (2 * MS, None)
         assert limit.remark == "steps of 4 ms are refused: refused"
+
+    def test_a_flight_that_failed_already_is_the_upper_end(self):
+        limit = largest_step(lambda step: trial(step, step <= 3 * MS), 2 * MS, trial(4 * MS, False), 100 * MS)
+        assert (limit.flies, limit.fails) == (3 * MS, MS * 31 / 10)
 
     def test_the_bracket_is_kept_where_time_runs_out(self):
         def attempt(step):
@@ -188,8 +188,15 @@ class TestLimit:
                 raise OutOfTime
             return trial(step, step <= 2 * MS)
 
-        limit = largest_step(attempt, MS, MS / 4, 100 * MS)
+        limit = largest_step(attempt, MS, None, 100 * MS)
         assert (limit.flies, limit.fails, limit.remark) == (2 * MS, 4 * MS, "the search ran out of its time")
+
+    def test_an_interrupt_keeps_the_bracket(self):
+        def attempt(step):
+            raise KeyboardInterrupt
+
+        limit = largest_step(attempt, MS, None, 100 * MS)
+        assert (limit.flies, limit.fails, limit.remark) == (MS, None, "the search was interrupted")
 
     @pytest.mark.parametrize(
         ("step", "expected"), [(Fraction(1, 30), "0.033"), (Fraction(127, 10**6), "0.00013"), (Fraction(99, 10), "9.9")]
