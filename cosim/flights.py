@@ -58,6 +58,7 @@ def simulate(
     progress: Progress | None = None,
     format: str = "parquet",
     metrics: Judge | None = None,
+    advise: bool = True,
 ) -> Result:
     """Run an experiment and return what it recorded; see `prepare` and `Prepared.fly`, which it calls."""
     formats.check_format(format)
@@ -65,7 +66,9 @@ def simulate(
     if folder is not None and not overwrite:
         story.refuse_existing(folder)
     with prepare(system, locate, slaves=slaves, swaps=swaps, metrics=metrics) as prepared:
-        return prepared.fly(experiment, out=folder, overwrite=overwrite, progress=progress, format=format)
+        return prepared.fly(
+            experiment, out=folder, overwrite=overwrite, progress=progress, format=format, advise=advise
+        )
 
 
 def prepare(

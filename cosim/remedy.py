@@ -11,6 +11,8 @@ from fractions import Fraction
 
 from cosim.errors import SimulationError, StepFailed
 from cosim.masters.exchange import name_of
+from cosim.masters.explicit import Explicit
+from cosim.masters.iterated import Iterated
 from cosim.results.result import Result
 from cosim.results.sizes import sizes, unlike
 from cosim.system.system import Experiment, MasterSettings
@@ -29,6 +31,8 @@ ROWS = 100
 """Rows of a trial, about."""
 
 HALVINGS = 3
+ITERATED = "--master iterated (master=Iterated())"
+
 SAME_TIME = 0.05
 """Failures whose times differ by no more than this part are one and the same."""
 
@@ -51,29 +55,35 @@ class _OutOfTime(Exception):
     """The trials have taken their time."""
 
 
-def advise(failure: StepFailed, experiment: Experiment, master: MasterSettings, fly: Fly, other: str = "") -> None:
+def advise(failure: StepFailed, experiment: Experiment, master: MasterSettings, fly: Fly) -> None:
     """Say in a failure which exchange diverged and which step passes, where trials tell.
 
-    `other`: a further way out, in words. Nothing is said where a unit is to blame, or where no trial can be flown.
+    Nothing is said where a unit is to blame, or where no trial can be flown.
     """
     if failure.grown and not failure.culprits:
-        start, stop, step = (
-            exact_seconds(seconds, name)
-            for name, seconds in (
-                ("start_time", experiment.start_time),
-                ("stop_time", experiment.stop_time),
-                ("communication_step_size", experiment.communication_step_size),
-            )
-        )
+        start = exact_seconds(experiment.start_time, "start_time")
+        stop = exact_seconds(experiment.stop_time, "stop_time")
+        step = exact_seconds(experiment.communication_step_size, "communication_step_size")
         end = horizon(failure, start, stop, step)
         short = replace(experiment, stop_time=end, record=("*",))
         deadline = time.monotonic() + WALL_TIME
+        same = replace(master, kernel="auto") if isinstance(master, Explicit) else master  # the same bits, sooner
 
-        def attempt(at: Fraction) -> Attempt | None:
+        def attempt(at: Fraction, other: MasterSettings | None = None) -> Attempt | None:
             every = max(1, int((end - start) / at / ROWS))
-            return _attempt(replace(short, communication_step_size=at, every=every), fly, deadline)
+            trial = replace(short, communication_step_size=at, every=every, master=other or same)
+            return _attempt(trial, fly, deadline)
 
-        failure.remedy = find(failure, name_of(master), step, attempt, other)
+        def iterated() -> bool:
+            """Whether the iterated master passes at the step that failed."""
+            if not isinstance(master, Explicit):
+                return False
+            whole, half = attempt(step, Iterated()), attempt(step / 2, Iterated())
+            if whole is None or half is None or not (whole.passed and half.passed):
+                return False
+            return not unlike(whole.sizes, half.sizes)
+
+        failure.remedy = find(name_of(master), start, step, attempt, iterated)
 
 
 def _attempt(experiment: Experiment, fly: Fly, deadline: float) -> Attempt | None:
@@ -103,11 +113,16 @@ def horizon(failure: StepFailed, start: Fraction, stop: Fraction, step: Fraction
 
 
 def find(
-    failure: StepFailed, exchange: str, step: Fraction, attempt: Callable[[Fraction], Attempt | None], other: str = ""
+    exchange: str,
+    start: Fraction,
+    step: Fraction,
+    attempt: Callable[[Fraction], Attempt | None],
+    iterated: Callable[[], bool],
 ) -> str:
     """Return in words what diverged at a step, s, and which step passes; "" where the trials tell nothing.
 
-    `attempt` flies at a step; None: it could not, or has no time left. `other`: a further way out, in words.
+    `attempt` flies at a step; None: it could not, or has no time left. `iterated`: whether the iterated master passes.
+    `start`: of the flight, s.
     """
     tried: dict[Fraction, Attempt] = {}
     for n in range(1, HALVINGS + 2):  # the last one only judges the one before
@@ -116,29 +131,21 @@ def find(
         if made is None:
             break
         if before in tried and tried[before].passed and made.passed and not unlike(tried[before].sizes, made.sizes):
-            return _passes(exchange, step, before, tried[before].reached, other)
+            ways = f"--step {in_words(before).replace(' ', '')} (communication_step_size={_argument(before)})"
+            return (
+                f"{exchange} diverged at steps of {in_words(step)}; at {in_words(before)} the same flight passes "
+                f"t = {tried[before].reached:.6g} s: {ways}{f', or {ITERATED}' if iterated() else ''}."
+            )
         tried[here] = made
     if len(tried) < HALVINGS or any(made.passed for made in tried.values()):
         return ""
-    return _none_passes(exchange, failure, tried)
-
-
-def _passes(exchange: str, step: Fraction, shorter: Fraction, reached: float, other: str) -> str:
-    typed = in_words(shorter).replace(" ", "")
-    ways = f"--step {typed} (communication_step_size={_argument(shorter)}){other}"
-    return (
-        f"{exchange} diverged at steps of {in_words(step)}; at {in_words(shorter)} the same flight passes "
-        f"t = {reached:.6g} s: {ways}."
-    )
-
-
-def _none_passes(exchange: str, failure: StepFailed, tried: Mapping[Fraction, Attempt]) -> str:
     times = [made.reached for made in tried.values()]
     steps = _listed([in_words(step) for step in tried])
     told = f"at steps of {steps} the same flight fails too, at {_listed([f'{t:.4g}' for t in times])} s"
-    if max(times) - min(times) <= SAME_TIME * max(abs(t) for t in times):
+    if max(times) - min(times) <= SAME_TIME * (max(times) - start):
         return f"{told}: the exchange is not the reason."
-    return f"{told}: {exchange} may need a shorter step still."
+    passes = f"; {ITERATED} passes at {in_words(step)}" if iterated() else ""
+    return f"{told}: {exchange} may need a shorter step still{passes}."
 
 
 def _listed(texts: Sequence[str]) -> str:

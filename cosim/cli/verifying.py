@@ -68,8 +68,11 @@ def verify_(
 def _write(found: "Verification") -> None:
     """Flights, variables and the largest step, a table each."""
     console.write(f"{found.system} by {found.exchange}, {found.stop_time:g} s")
-    rows = [(in_words(t.step), t.ended, f"{t.wall:.2f} s", f"{t.cpu:.2f} s") for t in found.trials]
-    console.write_table(("step", "flight", "loop", "CPU in all"), rows, whole=(0, 2, 3))
+    rows = [
+        (in_words(t.step), t.ended, f"{t.wall:.2f} s", f"{t.cpu:.2f} s", f"{t.evaluations:.2f}") for t in found.trials
+    ]
+    head = ("step", "flight", "loop", "CPU in all", "evaluations a step")
+    console.write_table(head, rows, whole=(0, 2, 3, 4))
     if len(found.compared) < 2:
         console.write("fewer than two flights came to their end: nothing to compare. Try a shorter step: --step")
     elif found.variables:

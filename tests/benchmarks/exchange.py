@@ -20,18 +20,19 @@ from cosim import prepare
 from cosim.cli.library import Library
 from cosim.flights import Prepared
 from cosim.masters.explicit import Explicit
+from cosim.masters.iterated import Iterated
 from cosim.results.result import Result
 from cosim.studies import papers
 from cosim.studies.markdown import write_table
 from cosim.studies.verification import Verification, verify
 from cosim.studies.verification.convergence import angle, is_attitude
 from cosim.system import Experiment, System
-from cosim.time import in_words, parse_seconds
+from cosim.time import exact_seconds, in_words, parse_seconds
 
 SYSTEMS = (
     "zhang2018-ppatc", "xiao2011-l2gain", "xiao2011-pid", "ye2016-adaptive", "li2014-nn", "geng2012-compensated",
 )  # fmt: skip
-FINER = 8
+FINER = 4
 HEAD = (
     "system", "exchange", "step", "error (deg)", "order", "CPU (s)", "evaluations a step", "flies up to", "diverges at",
 )  # fmt: skip
@@ -53,8 +54,10 @@ class Exchange:
 EXCHANGES: Mapping[str, Exchange] = {
     "held": Exchange(Explicit(), held=True),
     "explicit slopes": Exchange(Explicit(inputs="smooth", extrapolation=1)),
+    "iterated ramp": Exchange(Iterated(inputs="ramp")),
+    "iterated smooth": Exchange(Iterated(inputs="smooth")),
 }
-BEST = "explicit slopes"
+BEST = "iterated smooth"
 
 
 def attitude(run: Result) -> str:
@@ -81,18 +84,12 @@ def reference(prepared: Prepared, experiment: Experiment, step: Fraction) -> tup
     return fine, largest_angle(twice, fine)
 
 
-def evaluations(found: Verification) -> str:
-    """How often the FMUs were stepped in a communication step, where the result says so."""
-    result = found.trials[0].result
-    told = None if result is None else result.info.get("evaluations")
-    return "1" if told is None else f"{told:.2f}"
-
-
 def rows(name: str, options: argparse.Namespace) -> Iterator[tuple[str, ...]]:
     """The rows of one system."""
     system, experiment = papers.scenario(name)
-    own = Fraction(str(experiment.communication_step_size))
-    steps = [Fraction(parse_seconds(s, "--steps")) for s in options.steps.split(",")] if options.steps else [own]
+    own = exact_seconds(experiment.communication_step_size, "the step")
+    given = options.steps.split(",") if options.steps else []
+    steps = [exact_seconds(parse_seconds(s, "--steps"), "--steps") for s in given] or [own]
     if options.stop:
         experiment = replace(experiment, stop_time=parse_seconds(options.stop, "--stop"))
     interval = own * experiment.every  # of the rows; a step that does not fit has the rows at common multiples
@@ -105,14 +102,14 @@ def rows(name: str, options: argparse.Namespace) -> Iterator[tuple[str, ...]]:
             for step in steps:
                 every = max(1, int(interval / step))
                 setup = replace(experiment, master=exchange.master, communication_step_size=step, every=every)
-                found = verify(prepared, setup, search=parse_seconds(options.search, "--search"))
+                found = verify(prepared, setup, search=float(parse_seconds(options.search, "--search")))
                 yield name, word, in_words(step), *figures(found, exact)
 
 
 def figures(found: Verification, exact: Result) -> tuple[str, ...]:
     """Error, order, cost and limits of an exchange at a step."""
     first, limit = found.trials[0], found.limit
-    error = f"{largest_angle(first.result, exact):.1e}" if first.finished else first.ended
+    error = f"{largest_angle(first.result, exact):.1e}" if first.finished else "diverges"
     order = next(
         (f"{v.order:.2f}" if v.order is not None else v.remark for v in found.variables if v.unit == "deg"), ""
     )
@@ -121,7 +118,7 @@ def figures(found: Verification, exact: Result) -> tuple[str, ...]:
         for step in ((limit.flies, limit.fails) if limit else (None, None))
     )
     remark = f"{fails}, {limit.remark}".strip(", ") if limit and limit.remark else fails
-    return error, order, f"{first.cpu:.2f}", evaluations(found), flies, remark
+    return error, order, f"{first.cpu:.2f}", f"{first.evaluations:.2f}", flies, remark
 
 
 def main() -> None:

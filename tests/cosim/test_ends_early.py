@@ -13,11 +13,18 @@ import pyarrow as pa
 import pytest
 from numpy.testing import assert_allclose
 
+from cosim import remedy
 from cosim.results import recorder
 from cosim.results.result import Result
 from fmus import toolchain
 
 from . import own_files
+
+
+@pytest.fixture(autouse=True)
+def patience(monkeypatch):
+    """Trials of shorter steps may take long where the machine is busy."""
+    monkeypatch.setattr(remedy, "WALL_TIME", 300.0)
 
 
 class TestNotFinite:
@@ -41,7 +48,8 @@ class TestNotFinite:
         assert 0.99 < last < 1.01
         assert f"StepFailed: unit returned {status} at communication point {last:.12g} s, step 0.001 s\n" in done.err
         assert f"    fmi2DoStep: state x is not finite at {last + 0.001:.9g} s.\n" in done.err
-        assert "    Where a loop diverges, a shorter step may help.\n" in done.err
+        assert "    at steps of 0.5 ms, 0.25 ms, 0.125 ms and 62.5 us the same flight fails too, at " in done.err
+        assert ": the exchange is not the reason.\n" in done.err
         assert done.out.startswith(f"failed: {last:g} s simulated")
         assert np.isfinite(result["unit.x"]).all() and result["unit.x"][-1] > 100
         assert result.time[-2] == pytest.approx(0.007 * (len(result) - 2))
@@ -63,11 +71,13 @@ class TestNotFinite:
 def test_a_loop_that_diverges_at_too_long_a_step(adcs):
     done = adcs("run", "zhang2018-ppatc", "--step", "100ms", "--out", "out")
     assert done.status == 1
-    assert "plant returned fmi2Error at communication point 13." in done.err
-    assert "fmi2DoStep: state q_BN[1] is not finite at 13." in done.err
+    reached = Result.read("out").time[-1]
+    assert f"plant returned fmi2Error at communication point {reached:.12g} s, step 0.1 s" in done.err
+    assert "fmi2DoStep: state q_BN[1] is not finite at " in done.err
+    assert "diverged at steps of 100 ms; at " in done.err and "or --master iterated (master=Iterated())." in done.err
     assert "claims of zhang2018: not judged, the run ended early" in done.out
     assert "wrote out/result.parquet" in done.out
-    assert Result.read("out").time[-1] > 13
+    assert reached > 5
 
 
 @pytest.mark.parametrize("loop", ["kernel", "python"])

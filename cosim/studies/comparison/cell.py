@@ -111,7 +111,8 @@ def fly(plant: Plant, controller: Controller, locate: Locate, progress: Progress
         master=Explicit(),
     )
     try:
-        run = simulate(make_system(plant, controller, locate), experiment, locate=locate, progress=progress)
+        system = make_system(plant, controller, locate)
+        run = simulate(system, experiment, locate=locate, progress=progress, advise=False)
     except InitializationFailed as error:
         words = error.messages[-1] if error.messages else error.problem
         return Cell(plant.name, controller.name, {}, f"refuses: {words.partition(': ')[2] or words}")

@@ -81,7 +81,7 @@ def _of(name: str, unit: str, values: Sequence[FloatArray], rounding: float, tol
 
 
 def _order(coarse: float, fine: float | None, rounding: float, tolerance: float) -> tuple[float | None, str]:
-    """Return the order (2), or why there is none."""
+    """Return the order (2), or why there is none or a doubtful one."""
     if fine is None:
         return None, "two flights tell a difference, no order"
     if not (math.isfinite(coarse) and math.isfinite(fine)):
@@ -90,12 +90,11 @@ def _order(coarse: float, fine: float | None, rounding: float, tolerance: float)
         return None, "the same to the last bit"
     if fine <= rounding:
         return None, "at rounding"
-    if fine <= tolerance:
-        return None, "at the tolerance of the iteration"
     order = math.log2(coarse / fine) if coarse > 0.0 else -math.inf  # (2)
+    iterated = fine <= tolerance  # of what is exchanged, which a plant may feel less
     if order < LEAST_ORDER:
-        return None, "the differences hardly shrink with the step"
-    return order, ""
+        return None, "at the tolerance of the iteration" if iterated else "the differences hardly shrink with the step"
+    return order, "below the tolerance of the iteration" if iterated else ""
 
 
 def is_attitude(name: str, shape: tuple[int, ...]) -> bool:

@@ -34,11 +34,11 @@ class Limit:
 class _Search:
     """The bracket of the search: the largest step that flies and the least that does not."""
 
-    def __init__(self, attempt: Callable[[Fraction], Trial]) -> None:
-        self._attempt = attempt
-        self.flies: Fraction | None = None
-        self.fails: Fraction | None = None
-        self.how, self.refusal, self.trials = "", "", 0
+    def __init__(self, attempt: Callable[[Fraction], Trial], flies: Fraction, failed: Trial | None) -> None:
+        self._attempt, self.flies = attempt, flies
+        self.fails = None if failed is None else failed.step
+        self.how = "" if failed is None else failed.ended
+        self.refusal, self.trials = "", 0
 
     def flew(self, step: Fraction) -> bool | None:
         """Try a step; None where the flight was refused before it began, which says nothing of the exchange."""
@@ -50,35 +50,36 @@ class _Search:
             self.refusal = self.refusal or f"steps of {in_words(step)} are refused: {trial.ended}"
             return None
         if trial.finished:
-            self.flies = step if self.flies is None else max(step, self.flies)
+            self.flies = step
         else:
             self.fails, self.how = step, trial.ended
         return trial.finished
 
-    def bracket(self, first: Fraction, shortest: Fraction, longest: Fraction) -> None:
-        """Double from `first` until a flight diverges; halve where already that one does."""
-        step = first
+    def double(self, longest: Fraction) -> None:
+        """Double what flies until a flight diverges."""
+        step = 2 * self.flies
         while self.fails is None and step <= longest:
             self.flew(step)
             step *= 2
-        step = first / 2
-        while self.flies is None and step >= shortest:
-            self.flew(step)
-            step /= 2
 
     def bisect(self) -> None:
         """Halve the bracket until no step of two digits lies in it, or one there is refused."""
-        while self.flies is not None and self.fails is not None:
+        while self.fails is not None:
             middle = rounded((self.flies + self.fails) / 2)
             if not self.flies < middle < self.fails or self.flew(middle) is None:
                 return
 
 
-def largest_step(attempt: Callable[[Fraction], Trial], first: Fraction, shortest: Fraction, longest: Fraction) -> Limit:
-    """Search from a first step on, s, within bounds; `attempt` flies one, and raises `OutOfTime` to end the search."""
-    search, remark = _Search(attempt), ""
+def largest_step(
+    attempt: Callable[[Fraction], Trial], flies: Fraction, failed: Trial | None, longest: Fraction
+) -> Limit:
+    """Search the largest step, s, that flies, from one that does and, where there is one, a flight that did not.
+
+    `attempt` flies at a step, and raises `OutOfTime` to end the search.
+    """
+    search, remark = _Search(attempt, flies, failed), ""
     try:
-        search.bracket(first, shortest, longest)
+        search.double(longest)
         search.bisect()
     except OutOfTime:
         remark = "the search ran out of its time"

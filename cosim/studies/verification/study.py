@@ -86,6 +86,8 @@ def verify(
     `progress`: as in `prepare` and `Prepared.fly`. Ctrl-C ends it with what was flown. Raises what `Prepared.fly`
     raises before the first step at the experiment's own step, and `NotSupported` where there is nothing to compare.
     """
+    if search is not None and not search > 0:
+        raise NotSupported(f"a search of {search:g} s", "Give it some time: search=60.0, --limit-time 60s.")
     with nullcontext(system) if isinstance(system, Prepared) else prepare(system, locate) as prepared:
         names = compared(prepared.wiring)
         setup = replace(experiment, record=names)
@@ -106,7 +108,7 @@ def verify(
         )
         if search is None or not found.complete:
             return found
-        return replace(found, limit=_limit(prepared, setup, parameters, trials[0].step, good, search, progress))
+        return replace(found, limit=_limit(prepared, setup, parameters, trials, search, progress))
 
 
 def compared(wiring: Wiring) -> list[str]:
@@ -155,12 +157,12 @@ def _limit(
     prepared: Prepared,
     setup: Experiment,
     parameters: Mapping[str, Any] | None,
-    first: Fraction,
-    good: Sequence[Trial],
+    trials: Sequence[Trial],
     search: float,
     progress: Progress | None,
 ) -> Limit:
-    """Search the largest step that flies, from `first` on, by comparing with the finest of the `good` flights."""
+    """Search the largest step that flies, by comparing with the finest flight that another one agrees with."""
+    good = [trial for trial in trials if trial.finished]
     if len(good) < 2:
         return Limit(None, None, "", "no two flights agree in size to compare with: begin at a shorter step", 0)
     deadline = time.monotonic() + search
@@ -171,7 +173,8 @@ def _limit(
         trial = fly(prepared, replace(setup, every=every), step, parameters, progress, deadline)
         return _judged(trial, good[-1])
 
-    return largest_step(attempt, first, good[-1].step, span / FEWEST)
+    coarser = [trial for trial in trials if trial.step > good[0].step and trial.result is not None]
+    return largest_step(attempt, good[0].step, coarser[-1] if coarser else None, span / FEWEST)
 
 
 def _judged(trial: Trial, finer: Trial) -> Trial:

@@ -8,6 +8,7 @@ from typing import Any
 
 from cosim.errors import SimulationError, WiringErrors
 from cosim.flights import Prepared, Progress
+from cosim.masters.explicit import Explicit
 from cosim.results.result import Result
 from cosim.system.system import Experiment
 
@@ -20,7 +21,8 @@ class OutOfTime(Exception):
 class Trial:
     """A flight at a communication step, s. `finished`: it came to its end, at the stop time or by an event.
 
-    `ended`: how, in words. `wall` and `cpu`: seconds, of the loop and of this process in all. `result`: None where the
+    `ended`: how, in words. `wall` and `cpu`: seconds, of the loop and of this process in all. `evaluations`: how often
+    loops were stepped in a communication step, on average; 1 where steps are not repeated. `result`: None where the
     flight could not begin; `failure` says why then.
     """
 
@@ -30,6 +32,7 @@ class Trial:
     reached: float | None
     wall: float
     cpu: float
+    evaluations: float
     result: Result | None = field(repr=False, compare=False)
     failure: SimulationError | None = field(repr=False, compare=False, default=None)
 
@@ -65,12 +68,20 @@ def fly(
         failure, result = error, error.result
     cpu = time.process_time() - began
     if result is None:
-        return Trial(step, False, _ended(failure, {}), None, 0.0, cpu, None, failure)
+        return Trial(step, False, _ended(failure, {}), None, 0.0, cpu, 1.0, None, failure)
     info = result.info
     return Trial(
         step, info["status"] == "finished", _ended(failure, info), info["reached_time"],
-        info["wall_time"]["loop"], cpu, result, failure,
+        info["wall_time"]["loop"], cpu, _evaluations(info, step), result, failure,
     )  # fmt: skip
+
+
+def _evaluations(info: Mapping[str, Any], step: Fraction) -> float:
+    """Return the evaluations a step of a flight that repeats its steps, else 1."""
+    if info["master"]["name"] == Explicit.__name__ or info["reached_time"] is None:
+        return 1.0
+    steps = (info["reached_time"] - info["start_time"]) / step
+    return info["loop"]["evaluations"] / steps if steps else 1.0
 
 
 def _ended(failure: SimulationError | None, info: Mapping[str, Any]) -> str:

@@ -81,9 +81,11 @@ class TestNoOrder:
         assert self.remark(runs(1, size=1e-15)) == "at rounding"
 
     def test_at_the_tolerance_of_the_iteration(self):
-        assert self.remark(runs(1, size=1e-8), tolerance=1e-8) == "at the tolerance of the iteration"
-        (found,) = converge(runs(1, size=1e-8), ["a.y"], 100, tolerance=1e-9)
+        assert self.remark(runs(0.2, size=1e-8), tolerance=1e-8) == "at the tolerance of the iteration"
+        assert self.remark(runs(0.2, size=1e-8), tolerance=1e-10) == "the differences hardly shrink with the step"
+        (found,) = converge(runs(1, size=1e-8), ["a.y"], 100, tolerance=1e-8)
         assert_allclose(found.order, 1.0, atol=1e-6)
+        assert found.remark == "below the tolerance of the iteration"
 
     def test_the_same(self):
         assert self.remark(runs(1, size=0.0)) == "the same to the last bit"

@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 from cosim import prepare
 from cosim.errors import NotSupported, UnknownName
 from cosim.masters.explicit import Explicit
+from cosim.masters.iterated import Iterated
 from cosim.studies.verification import FILE, verify
 from cosim.studies.verification.limit import largest_step, rounded
 from cosim.studies.verification.trial import OutOfTime, Trial
@@ -56,6 +57,17 @@ class TestOrderAndError:
         found = verify(prepared, setup(1e-3, master=Explicit(preset="jacobi")), parameters={"gain.k": 10.0})
         assert_allclose(found.variables[0].order, 1.0, atol=0.01)
         assert found.exchange == "Explicit(preset='jacobi')"
+
+    def test_the_iterated_master(self, prepared):
+        """k h = 0.08: the next term of the error is as small a part; u = k x is known at both ends with its slope."""
+        found = verify(prepared, setup(8e-3, master=Iterated(tolerance=1e-13)), parameters={"gain.k": 10.0})
+        assert_allclose(found.variables[0].order, 4.0, atol=0.08)
+        n = found.trials[0].result.time / 8e-3
+        exact = np.exp(-0.08 * n)
+        error = np.abs(found.trials[0].result["store.x"] - exact).max()
+        assert_allclose(found.variables[0].error, error, rtol=0.1)
+        assert all(t.evaluations > 1 for t in found.trials)
+        assert all(t.evaluations == 1 for t in verify(prepared, setup(1e-3)).trials)
 
     def test_rows_are_shared_whatever_is_recorded(self, prepared):
         every, rarely = (verify(prepared, setup(1e-3, every=n)).variables[0] for n in (1, 10))
@@ -110,6 +122,11 @@ class TestEnds:
             "multiple of the sample time."
         )
 
+    def test_a_step_that_cannot_be_halved_is_told(self, prepared):
+        found = verify(prepared, setup(1e-9, stop=4e-9))
+        assert [t.finished for t in found.trials] == [True, False, False, False]
+        assert found.trials[1].ended.startswith("TimeError: communication_step_size is 1/2000000000 s: ")
+
     def test_what_cannot_be_flown_at_all_is_refused(self, prepared):
         with pytest.raises(UnknownName, match="stop_when"):
             verify(prepared, setup(1e-3, stop_when="store.z"))
@@ -149,17 +166,21 @@ class TestLimit:
         assert verify(prepared, setup(1e-3)).limit is None
 
     def test_its_time_is_bounded(self, prepared):
-        limit = verify(prepared, setup(1e-3, stop=5.0), search=0.0).limit
+        limit = verify(prepared, setup(1e-3, stop=5.0), search=1e-9).limit
         assert limit.remark == "the search ran out of its time"
 
-    def test_no_step_flies(self):
-        limit = largest_step(lambda step: trial(step, False), MS, MS / 4, 100 * MS)
-        assert (limit.flies, limit.fails, limit.trials) == (None, MS / 4, 3)
+    def test_it_needs_some_time(self, prepared):
+        with pytest.raises(NotSupported, match=r"a search of -1 s. Give it some time: search=60.0, --limit-time 60s"):
+            verify(prepared, setup(1e-3), search=-1.0)
 
     def test_refused_steps_say_nothing_of_the_exchange(self):
-        limit = largest_step(lambda step: trial(step, True, refused=step > 3 * MS), MS, MS / 4, 100 * MS)
+        limit = largest_step(lambda step: trial(step, True, refused=step > 3 * MS), MS, None, 100 * MS)
         assert (limit.flies, limit.fails) == (2 * MS, None)
         assert limit.remark == "steps of 4 ms are refused: refused"
+
+    def test_a_flight_that_failed_already_is_the_upper_end(self):
+        limit = largest_step(lambda step: trial(step, step <= 3 * MS), 2 * MS, trial(4 * MS, False), 100 * MS)
+        assert (limit.flies, limit.fails) == (3 * MS, MS * 31 / 10)
 
     def test_the_bracket_is_kept_where_time_runs_out(self):
         def attempt(step):
@@ -167,8 +188,15 @@ class TestLimit:
                 raise OutOfTime
             return trial(step, step <= 2 * MS)
 
-        limit = largest_step(attempt, MS, MS / 4, 100 * MS)
+        limit = largest_step(attempt, MS, None, 100 * MS)
         assert (limit.flies, limit.fails, limit.remark) == (2 * MS, 4 * MS, "the search ran out of its time")
+
+    def test_an_interrupt_keeps_the_bracket(self):
+        def attempt(step):
+            raise KeyboardInterrupt
+
+        limit = largest_step(attempt, MS, None, 100 * MS)
+        assert (limit.flies, limit.fails, limit.remark) == (MS, None, "the search was interrupted")
 
     @pytest.mark.parametrize(
         ("step", "expected"), [(Fraction(1, 30), "0.033"), (Fraction(127, 10**6), "0.00013"), (Fraction(99, 10), "9.9")]
@@ -182,7 +210,7 @@ class Flown:
 
 
 def trial(step, finished, refused=False) -> Trial:
-    return Trial(step, finished, "refused" if refused else "x", 1.0, 0.0, 0.0, None if refused else Flown())  # type: ignore
+    return Trial(step, finished, "refused" if refused else "x", 1.0, 0.0, 0.0, 1.0, None if refused else Flown())  # type: ignore
 
 
 class TestCommand:
