@@ -31,7 +31,6 @@ from cosim.slaves.slave import Slave
 from cosim.system.expand import rewire, wire
 from cosim.system.overrides import with_parameters
 from cosim.system.reference import Reference, is_fmu, name_of, reference_of
-from cosim.system.shared import disagreements
 from cosim.system.swap import SwapReport
 from cosim.system.system import Experiment, System
 from cosim.system.wiring import Wiring
@@ -274,7 +273,7 @@ class Prepared:
         timed = replace(plan.wiring, settings=wiring.settings)
         info = {**plan.info, "parameters": runinfo.values(timed, timed.settings)}
         if info["warnings"]:  # these parameters may settle what the system leaves open
-            info["warnings"] = disagreements(timed)
+            info["warnings"] = runinfo.warnings(timed)
         return replace(plan, wiring=timed, initialization=plan.initialization.with_settings(timed), info=info)
 
     def _planned(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from cosim.cli import console, verifying
-from cosim.cli.options import Backend, Extrapolation, Force, Master, Params, Set, Step, Stop, Use, reported
+from cosim.cli.options import Backend, Extrapolation, Force, Inputs, Master, Params, Set, Step, Stop, Use, reported
 from cosim.errors import ResultUnwritable, SimulationError
 from cosim.results.names import FORMATS
 from fmus.toolchain import SUFFIXES as PLATFORMS
@@ -92,6 +92,8 @@ def show_(
     ],
     backend: Backend = "native",
     master: Master = None,
+    inputs: Inputs = None,
+    extrapolation: Extrapolation = None,
 ) -> None:
     """Show how a system is wired and evaluated, the description of one FMU, or what a run has left in a folder.
 
@@ -111,7 +113,9 @@ def show_(
             flown.write_result(Path(name))
         else:
             system, experiment = scenario.load(name)
-            experiment = overrides.with_experiment(experiment, master=master)
+            experiment = overrides.with_experiment(
+                experiment, master=master, inputs=inputs, extrapolation=extrapolation
+            )
             show.write_system(system, experiment, locate)
 
 
@@ -124,6 +128,7 @@ def run(
     stop: Stop = None,
     step: Step = None,
     master: Master = None,
+    inputs: Inputs = None,
     extrapolation: Extrapolation = None,
     hold_unconnected: Annotated[
         bool, typer.Option("--hold-unconnected", help="Hold inputs that nothing is connected to at their start values.")
@@ -173,7 +178,7 @@ def run(
             system = with_parameters(system, overrides.parameter_file(file))
         system = with_parameters(system, overrides.assignments(set_ or []))
         experiment = overrides.with_experiment(
-            experiment, step, stop, every, master, extrapolation, tolerance, announce_stop_time
+            experiment, step, stop, every, master, inputs, extrapolation, tolerance, announce_stop_time
         )
         folder = out if out is not None else Path("results") / system.name
         with console.progress(system.name) as progress:
@@ -194,7 +199,7 @@ def run(
                 if error.result is None:
                     raise
                 failure, result = error, error.result
-        changed = (set_, params, step, every, master, extrapolation, tolerance)
+        changed = (set_, params, step, every, master, inputs, extrapolation, tolerance)
         if system.hold_unconnected:
             console.write_held(result, system.held)
         try:

@@ -34,7 +34,16 @@ Params = Annotated[
 ]
 Stop = Annotated[str | None, typer.Option(metavar="TIME", help="Stop time, as in 200, 90s or 5min.")]
 Step = Annotated[str | None, typer.Option(metavar="TIME", help="Communication step, as in 1ms or 0.001.")]
-Extrapolation = Annotated[int | None, typer.Option(help="Order to which at_point inputs are extrapolated: 0, 1 or 2.")]
+Inputs = Annotated[
+    str | None,
+    typer.Option(
+        help="How inputs whose sources step first are carried over a step: declared, held (at the end's value), ramp "
+        "(a line), smooth (a cubic with true slopes)."
+    ),
+]
+Extrapolation = Annotated[
+    int | None, typer.Option(help="Order to which at_point inputs follow their sources' derivatives: 0, 1 or 2.")
+]
 Force = Annotated[bool, typer.Option("--force", help="Replace a result that is already there.")]
 
 

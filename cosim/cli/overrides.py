@@ -7,7 +7,7 @@ from dataclasses import replace as changed
 from pathlib import Path
 from typing import Any
 
-from cosim.errors import ParameterError, UnknownName
+from cosim.errors import NotSupported, ParameterError, UnknownName
 from cosim.masters.explicit import Explicit
 from cosim.quantity import advice_on_numbers
 from cosim.system import Experiment, System, Value
@@ -103,6 +103,7 @@ def with_experiment(
     stop: str | None = None,
     every: int | None = None,
     master: str | None = None,
+    inputs: str | None = None,
     extrapolation: int | None = None,
     tolerance: float | None = None,
     announce_stop_time: bool = False,
@@ -119,19 +120,26 @@ def with_experiment(
         changes["tolerance"] = tolerance
     if announce_stop_time:
         changes["announce_stop_time"] = True
-    if master is not None or extrapolation is not None:
-        changes["master"] = _master(experiment.master, master, extrapolation)
+    if any(option is not None for option in (master, inputs, extrapolation)):
+        changes["master"] = _master(experiment.master, master, inputs=inputs, extrapolation=extrapolation)
     return changed(experiment, **changes)
 
 
-PRESETS: dict[str, Any] = {"explicit": "declared", "jacobi": "jacobi", "gauss_seidel": "gauss_seidel"}
+MASTERS: dict[str, Callable[[Any], Any]] = {
+    "explicit": lambda own: changed(own, preset="declared") if isinstance(own, Explicit) else Explicit(),
+    "jacobi": lambda _: Explicit("jacobi"),
+    "gauss_seidel": lambda _: Explicit("gauss_seidel"),
+}
+"""Name -> the master, of the experiment's own one; one of another name than that is plain."""
 
 
-def _master(own: Any, name: str | None, extrapolation: Any) -> Explicit:
-    """Return the experiment's own master with another preset or extrapolation; a preset of another name is plain."""
-    if name is not None and name not in PRESETS:
-        raise UnknownName("master", name, "--master", list(PRESETS))
-    master = own if isinstance(own, Explicit) and name in (None, "explicit") else Explicit()
-    if name is not None:
-        master = changed(master, preset=PRESETS[name])
-    return master if extrapolation is None else changed(master, extrapolation=extrapolation)
+def _master(own: Any, name: str | None, **options: Any) -> Any:
+    """Return the experiment's own master, or that of a name, with the settings that options give (None: not given)."""
+    if name is not None and name not in MASTERS:
+        raise UnknownName("master", name, "--master", list(MASTERS))
+    master = (own or Explicit()) if name is None else MASTERS[name](own)
+    given = {option: value for option, value in options.items() if value is not None}
+    for option in given:
+        if not hasattr(master, option):
+            raise NotSupported(f"{type(master).__name__} has no setting {option}", "Choose --master explicit.")
+    return changed(master, **given)

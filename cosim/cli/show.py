@@ -8,10 +8,10 @@ from pathlib import Path
 from cosim.cli import console
 from cosim.cli.instances import Locate, read_descriptions
 from cosim.masters.explicit import Explicit
+from cosim.results.runinfo import warnings
 from cosim.system import Experiment, System, graph
 from cosim.system.expand import wire
 from cosim.system.reference import name_of
-from cosim.system.shared import disagreements
 from cosim.system.system import MasterSettings
 from cosim.system.wiring import Port, Wiring
 from cosim.time import exact_seconds, written
@@ -19,7 +19,12 @@ from fmus.description.description import ModelDescription, ScalarVariable
 from fmus.description.names import Group, nested, split_element
 from fmus.description.read import read_description
 
-WORDS = {"extrapolated_mean": "extrapolated, mean", "mean": "smooth, mean"}
+WORDS = {
+    "extrapolated": "at_point, extrapolated",
+    "extrapolated_mean": "at_point, extrapolated, mean",
+    "mean": "smooth, mean",
+}
+"""Timings that a master makes, in words: what was declared and how it is carried."""
 
 
 def write_system(system: System, experiment: Experiment, locate: Locate) -> None:
@@ -45,7 +50,7 @@ def write_system(system: System, experiment: Experiment, locate: Locate) -> None
     lines += ["algebraic loops: " + ("" if loops else "none"), *(f"  {' <- '.join(loop)}" for loop in loops)]
     delayed = [str(path) for path in graph.refresh_order(wiring).delayed]
     lines += ["delayed paths: " + ("" if delayed else "none"), *(f"  {path}" for path in delayed)]
-    lines += disagreements(wiring)
+    lines += warnings(wiring)
     console.write("\n".join(lines))
 
 

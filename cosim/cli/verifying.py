@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cosim.cli import console
-from cosim.cli.options import Backend, Extrapolation, Force, Master, Params, Set, Step, Stop, Use, reported
+from cosim.cli.options import Backend, Extrapolation, Force, Inputs, Master, Params, Set, Step, Stop, Use, reported
 from cosim.time import in_words
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ def verify_(
     stop: Stop = None,
     step: Step = None,
     master: Master = None,
+    inputs: Inputs = None,
     extrapolation: Extrapolation = None,
     limit: Annotated[
         bool, typer.Option("--limit", help="Search the largest step at which the exchange flies the system too.")
@@ -54,7 +55,9 @@ def verify_(
         for file in params or []:
             system = with_parameters(system, overrides.parameter_file(file))
         system = with_parameters(system, overrides.assignments(set_ or []))
-        experiment = overrides.with_experiment(experiment, step, stop, None, master, extrapolation)
+        experiment = overrides.with_experiment(
+            experiment, step, stop, master=master, inputs=inputs, extrapolation=extrapolation
+        )
         search = float(parse_seconds(limit_time, "--limit-time")) if limit else None
         with console.progress(system.name) as progress:
             found = verification.verify(system, experiment, locate=locate, search=search, progress=progress)

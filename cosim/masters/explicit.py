@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from cosim.errors import NotSupported, UnknownName
+from cosim.masters import slopes
 from cosim.masters.control.constant import Constant
 from cosim.masters.kernel.kernel import Kernel
 from cosim.masters.kernel.library import KERNEL, obstacle
@@ -14,7 +15,7 @@ from cosim.masters.stepping import Stepping
 from cosim.masters.turns import Turns
 from cosim.masters.watch import Watch
 from cosim.slaves.slave import Slave
-from cosim.system.timing import between, carried, extrapolated
+from cosim.system.timing import between, carried, extrapolated, limited
 from cosim.system.wiring import Link, Wiring
 from cosim.time import Schedule
 
@@ -47,6 +48,9 @@ class Explicit:
                 raise UnknownName(name, getattr(self, name), "Explicit", known)
         if self.extrapolation not in (0, 1, 2):
             raise NotSupported(f"extrapolation of order {self.extrapolation}", "Choose 0, 1 or 2.")
+        if self.preset == "jacobi" and self.inputs != "declared":
+            problem = f'preset="jacobi" with inputs="{self.inputs}": no source steps first, all inputs are at_point'
+            raise NotSupported(problem, "Choose another preset, or extrapolation=1.")
 
     def timed(self, wiring: Wiring) -> Wiring:
         """Return the wiring with the timings of the settings, as far as its FMUs can; `asked` where they cannot."""
@@ -54,7 +58,8 @@ class Explicit:
         timed = replace(wiring, links=tuple(self._timed(wiring, link, place) for link in wiring.links))
         if not self.extrapolation:
             return timed
-        return replace(timed, links=tuple(self._extrapolated(timed, link) for link in timed.links))
+        moving = replace(timed, links=tuple(_extrapolated(timed, link) for link in timed.links))
+        return replace(moving, links=tuple(self._limited(moving, link) for link in moving.links))
 
     def _timed(self, wiring: Wiring, link: Link, place: Mapping[str, int]) -> Link:
         if link.step_mean:
@@ -69,24 +74,31 @@ class Explicit:
         descriptions = wiring.descriptions
         return carried(link, asked, descriptions[link.source.component], descriptions[link.target.component])
 
-    def _extrapolated(self, wiring: Wiring, link: Link) -> Link:
-        """Return an at_point link that follows its source's slope; a slower source's value may be too old for that.
-
-        What a sampled component reads is what its sources show at its sample.
-        """
-        source, target = link.source.component, wiring.descriptions[link.target.component]
-        if link.timing != "at_point" or not between(wiring, link) or target.sampled:
+    def _limited(self, wiring: Wiring, link: Link) -> Link:
+        """Return a link with the order up to which it is extrapolated; which slopes are true follows from all links."""
+        if not link.timing.startswith("extrapolated"):
             return link
-        if wiring.period(source) > wiring.period(link.target.component):
-            return link
-        known = wiring.descriptions[source].max_output_derivative_order
-        return extrapolated(link, self.extrapolation, known, target)
+        told = slopes.told(wiring, link.source)
+        return limited(link, self.extrapolation, told, wiring.descriptions[link.target.component])
 
     def course(
         self, wiring: Wiring, schedule: Schedule, record: Sequence[str], stop_when: str = ""
     ) -> "ExplicitCourse":
         """Apply the settings to a timed wiring; see `Master.course`."""
         return ExplicitCourse(self, Turns.of(wiring, Layout.of(wiring, record, stop_when), schedule))
+
+
+def _extrapolated(wiring: Wiring, link: Link) -> Link:
+    """Return an at_point link that follows its source's slope; a slower source's value may be too old for that.
+
+    What a sampled component reads is what its sources show at its sample.
+    """
+    source, target = link.source.component, wiring.descriptions[link.target.component]
+    if link.timing != "at_point" or not between(wiring, link) or target.sampled:
+        return link
+    if wiring.period(source) > wiring.period(link.target.component):
+        return link
+    return extrapolated(link, target)
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from cosim.system import Experiment, System
 from cosim.system.reference import name_of
 from cosim.system.shared import disagreements
 from cosim.system.swap import SwapReport
+from cosim.system.timing import remarks
 from cosim.system.wiring import Port, Wiring
 from cosim.time import Schedule
 from fmus.description.description import ModelDescription, Scalar
@@ -59,12 +60,17 @@ def setup(
         "connections": _connections(wiring),
         "parameters": values(wiring, wiring.settings),
         "held": values(wiring, wiring.held),
-        "warnings": disagreements(wiring),
+        "warnings": warnings(wiring),
         "swaps": [dataclasses.asdict(report) for report in swaps],
         "units": dict(zip(columns.names, columns.units, strict=True)),
         "types": {n: kind for n, kind in zip(columns.names, columns.types, strict=True) if kind != "Real"},
         "items": {n: dict(items) for n, items in zip(columns.names, columns.items, strict=True) if items is not None},
     }
+
+
+def warnings(wiring: Wiring) -> list[str]:
+    """Return what is to be told before a flight: parameters that disagree, connections weaker than asked for."""
+    return [*disagreements(wiring), *remarks(wiring)]
 
 
 def messages(slaves: Mapping[str, Slave]) -> dict[str, dict[str, int]]:

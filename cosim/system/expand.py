@@ -153,7 +153,8 @@ class _Checker:
             problem = f"{names} has timing {timing}, but there is nothing between two values of type {odd.type}"
             self._wrong(problem, connection, "Choose at_point or after_step.")
         link = Link(source, target, timing, found or IDENTITY, step_mean, allowed=_allowed(*ends))
-        return [carried(link, timing, a, b)]
+        made = carried(link, timing, a, b)
+        return [made if connection.timing else replace(made, asked="")]  # nobody asked for a default
 
     def _default(self, source: Port, target: Port) -> str:
         """Return the timing of a connection that does not say one.

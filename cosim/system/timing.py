@@ -46,12 +46,19 @@ def carried(link: Link, asked: str, source: ModelDescription, target: ModelDescr
     return replace(link, timing=timing, asked=asked if timing != asked else "")
 
 
-def extrapolated(link: Link, order: int, source: int, target: ModelDescription) -> Link:
-    """Return an at_point connection that follows the source's slope; `source`: the order that is known of it."""
-    possible = min(order, max(source, 1), max(target.interpolation_order, 1))
-    timing = "extrapolated" if target.interpolation_order else "extrapolated_mean"
-    weaker = possible < order or timing == "extrapolated_mean"
-    return replace(link, timing=timing, order=possible, asked=f"extrapolation {order}" if weaker else "")
+def extrapolated(link: Link, target: ModelDescription) -> Link:
+    """Return an at_point connection that follows the source's slope; see `limited`."""
+    return replace(link, timing="extrapolated" if target.interpolation_order else "extrapolated_mean")
+
+
+def limited(link: Link, order: int, told: int, target: ModelDescription) -> Link:
+    """Return an extrapolated connection with the order that both FMUs can; `told`: up to which its slopes are told.
+
+    Where none is told, differences give the first.
+    """
+    possible = min(order, max(told, 1), max(target.interpolation_order, 1))
+    weaker = possible < order or link.timing == "extrapolated_mean"
+    return replace(link, order=possible, asked=f"extrapolation {order}" if weaker else "")
 
 
 def remarks(wiring: Wiring) -> list[str]:

@@ -21,6 +21,7 @@
 #include "texts.h"
 #include "points.h"
 #include "curves.h"
+#include "ends.h"
 #include "crash.h"
 
 static const double FLAG = 0.5;   /* columns.FLAG */
@@ -135,82 +136,16 @@ static int refuse_not_finite(Run *r, integer place, const Group *group)
 
 /* ---- inputs ----------------------------------------------------------------------------------------------------- */
 
-static int is_between(integer timing)
-{
-    return timing == MIDPOINT || timing == RAMP || timing == SMOOTH || timing == MEAN;
-}
-
-static int is_curved(integer timing) { return timing == SMOOTH || timing == MEAN; }
-
-/* A slow source's value at communication point `at`, on the line or curve over its own step; its slope in *slope. */
-static double between(const Run *r, const Component *c, integer i, integer k, integer at, double *slope)
-{
-    const Component *s = &r->component[c->source_component[i]];
-    const integer begin = point_count(r, period_start(s, k)), end = point_count(r, period_end(r, s, k));
-    const integer since = point_count(r, at) - begin, whole = end - begin, source = c->source[i];
-    const double a = r->point[source], b = r->newest[source];
-    *slope = 0;
-    if (!is_curved(c->timing[i])) return a + (b - a) * ((double)since / (double)whole);
-    {
-        const double h = (double)whole / (double)r->denominator, t = (double)since / (double)r->denominator;
-        const Ends e = {a, b, r->point[c->slope_slot[i]], r->newest[c->slope_slot[i]]};
-        *slope = curve_slope(known(e, h), h, t);
-        return curve_value(known(e, h), h, t);
-    }
-}
-
-/* a: source i's value where the target's period begins; a' in *slope, where the input follows a curve. */
-static double source_at_start(const Run *r, const Component *c, integer i, integer k, double *slope)
-{
-    if (c->ahead[i] && is_between(c->timing[i])) return between(r, c, i, k, period_start(c, k), slope);
-    *slope = is_curved(c->timing[i]) ? r->point[c->slope_slot[i]] : 0;
-    return r->point[c->source[i]];
-}
-
-/* b, b': the same where the target's period ends. */
-static double source_at_end(const Run *r, const Component *c, integer i, integer k, double *slope)
-{
-    *slope = is_curved(c->timing[i]) ? r->newest[c->slope_slot[i]] : 0;
-    if (c->ahead[i] && c->timing[i] != STEP_MEAN) {
-        const integer end = period_end(r, c, k);
-        if (period_end(r, &r->component[c->source_component[i]], k) > end) {
-            if (is_between(c->timing[i])) return between(r, c, i, k, end, slope);
-            return r->point[c->source[i]];
-        }
-    }
-    return r->newest[c->source[i]];
-}
-
-/* Both ends of input i over a component's step of length h. */
-static Ends ends_of(const Run *r, const Component *c, integer i, integer k, double h)
-{
-    Ends e;
-    if (c->in_step) {
-        e.a = r->point[c->source[i]];
-        e.b = r->newest[c->source[i]];
-        if (!is_curved(c->timing[i])) return e.da = e.db = 0, e;
-        e.da = r->point[c->slope_slot[i]];
-        e.db = r->newest[c->slope_slot[i]];
-        return known(e, h);
-    }
-    if (c->at_end) {
-        e.a = c->begun[i];
-        e.da = c->begun_slope[i];
-    } else {
-        e.a = source_at_start(r, c, i, k, &e.da);
-    }
-    e.b = source_at_end(r, c, i, k, &e.db);
-    return is_curved(c->timing[i]) ? known(e, h) : e;
-}
-
 static int set_inputs(Run *r, integer place, integer k, double h)
 {
     const Component *c = &r->component[place];
+    Ends e = {0, 0, 0, 0};
     integer i;
     if (!c->inputs) return 0;
     for (i = 0; i < c->inputs; i++) {
-        const Ends e = ends_of(r, c, i, k, h);
-        double value = e.a;
+        double value;
+        e = ends_of(r, c, i, k, h);
+        value = e.a;
         switch (c->timing[i]) {
         case AFTER_STEP:
         case STEP_MEAN: value = e.b; break;
@@ -229,7 +164,7 @@ static int set_inputs(Run *r, integer place, integer k, double h)
         if (c->form[i] == SLOT) {
             slope = slope_or_none(r->point[c->slot[i]]);
         } else {
-            const Ends e = ends_of(r, c, at, k, h);
+            if (!i || c->position[i - 1] != at) e = ends_of(r, c, at, k, h); /* the orders of an input are neighbours */
             if (c->form[i] == LINE) slope = (e.b - e.a) / h;
             else if (c->derivative_orders[i] == 1) slope = e.da;
             else slope = c->derivative_orders[i] == 2 ? curve_second(e, h) : curve_third(e, h);

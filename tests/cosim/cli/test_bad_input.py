@@ -84,6 +84,12 @@ class TestOptions:
             (["--every", "0"], "every is 0: it must be a whole number of steps, 1 to 4611686018427387904"),
             (["--every", "x"], "Invalid value for '--every'"),
             (["--extrapolation", "3"], "extrapolation of order 3. Choose 0, 1 or 2."),
+            (["--inputs", "smoth"], 'unknown inputs "smoth" in Explicit. Did you mean "smooth"?'),
+            (
+                ["--master", "jacobi", "--inputs", "ramp"],
+                'preset="jacobi" with inputs="ramp": no source steps first, all inputs are at_point. '
+                "Choose another preset, or extrapolation=1.",
+            ),
             (["--master", "jacoby"], 'unknown master "jacoby" in --master. Did you mean "jacobi"?'),
             (["--format", "xlsx"], 'unknown format "xlsx" in results. There: parquet, csv, mat'),
             (["--backend", "nativ"], "'nativ' is not one of 'native', 'python'"),

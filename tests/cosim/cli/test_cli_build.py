@@ -99,9 +99,9 @@ class TestShow:
         text = adcs("show", "zhang2018-ppatc").out
         assert len(text.splitlines()) < 40
         assert max(map(len, text.splitlines())) <= 120
-        assert "zhang2018-ppatc: 200 s in steps of 0.001 s, master Explicit(centred=True)" in text
+        assert "zhang2018-ppatc: 200 s in steps of 0.001 s, master Explicit(extrapolation=1)" in text
         assert "4      controller   PrescribedPerformance" in text
-        assert "plant.q_BN                controller.q_BN            1       after_step, centred" in text
+        assert "plant.q_BN                controller.q_BN            1       smooth" in text
         assert "plant.h_B = [0.0, 0.0, 0.0]  N.m.s" in text
         assert "controller: s, D_hat <- q_BN, omega_BN_B, q_RN, omega_RN_R" in text
         assert "plant: omega_BN_B, eta_dot, energy <- h_B" in text

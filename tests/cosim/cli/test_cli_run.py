@@ -86,16 +86,18 @@ class TestExperiment:
     @pytest.mark.parametrize(
         ("arguments", "master"),
         [
-            ([], ("declared", 0, True)),
-            (["--master", "explicit"], ("declared", 0, True)),
-            (["--master", "jacobi"], ("jacobi", 0, False)),
-            (["--master", "gauss_seidel", "--extrapolation", "2"], ("gauss_seidel", 2, False)),
-            (["--extrapolation", "1"], ("declared", 1, True)),
+            ([], ("declared", "declared", 1)),
+            (["--master", "explicit"], ("declared", "declared", 1)),
+            (["--master", "jacobi"], ("jacobi", "declared", 0)),
+            (["--master", "gauss_seidel", "--extrapolation", "2"], ("gauss_seidel", "declared", 2)),
+            (["--extrapolation", "0"], ("declared", "declared", 0)),
+            (["--inputs", "ramp"], ("declared", "ramp", 1)),
+            (["--master", "gauss_seidel", "--inputs", "smooth"], ("gauss_seidel", "smooth", 0)),
         ],
     )
     def test_master(self, run, arguments, master):
         info = run(*arguments)[1].info["master"]
-        assert (info["preset"], info["extrapolation"], info["centred"]) == master
+        assert (info["preset"], info["inputs"], info["extrapolation"]) == master
 
     def test_masters_give_other_trajectories(self, run):
         ends = [
