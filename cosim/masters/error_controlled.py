@@ -2,16 +2,21 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Literal
 
-from cosim.errors import NotSupported
+from cosim.errors import NotSupported, TimeError, UnknownName
 from cosim.masters.control.error_controlled import ErrorControlled as Control
 from cosim.masters.implicit.cut import Stage, stages
-from cosim.masters.implicit.estimating import Estimating, Pair
+from cosim.masters.implicit.estimating import Estimating, Pair, Solver
+from cosim.masters.implicit.iterating import Iterating
 from cosim.masters.implicit.norm import Norm
 from cosim.masters.implicit.plan import Plan
 from cosim.masters.iterated import Iterated, refuse
+from cosim.masters.kernel.iterated import KernelSolver, iterated_obstacle
+from cosim.masters.kernel.library import KERNEL
 from cosim.masters.layout import Layout
 from cosim.masters.master import Algorithm, Flown
 from cosim.masters.rates import sample_times
@@ -22,8 +27,8 @@ from cosim.system.timing import between
 from cosim.system.wiring import Wiring
 from cosim.time import Schedule, Seconds, exact_seconds
 
-SHORTEST = 2**14
-"""Into how many parts a communication step may be divided where no least step is given."""
+HALVINGS = 20
+"""How often a communication step may be halved where no least step is given, as far as that can be counted."""
 
 AGREEMENT, ROUNDING = 1e-2, 1e-13
 """Of the tolerance, up to which exchanged values agree; and the least that doubles, some roundings later, can."""
@@ -38,9 +43,9 @@ class ErrorControlled:
     match, {"plant.omega_BN_B": 1e-9}. Outputs of sampled components and step means are not judged.
 
     Rows come at the experiment's communication points, each `every`-th, and steps land on these: no step is longer than
-    `every` communication steps. `least_step`, `largest_step` in s; None: a communication step / 2^14, and no limit.
+    `every` communication steps. `least_step`, `largest_step` in s; None: a communication step / 2^20, and no limit.
     Steps land on the samples of sampled components too. Every FMU must be able to save its state and take steps of any
-    length.
+    length. `kernel`: whether steps are solved in the compiled kernel.
     """
 
     relative: float = 1e-6
@@ -48,9 +53,12 @@ class ErrorControlled:
     tolerances: Mapping[str, float] | tuple[tuple[str, float], ...] = ()
     least_step: Seconds | None = None
     largest_step: Seconds | None = None
+    kernel: Literal["auto", "never", "always"] = "auto"
 
     def __post_init__(self) -> None:
-        """Raise `NotSupported` for settings that cannot be; make the tolerances plain."""
+        """Raise `UnknownName` or `NotSupported` for settings that cannot be; make the tolerances plain."""
+        if self.kernel not in KERNEL:
+            raise UnknownName("kernel", self.kernel, "ErrorControlled", KERNEL)
         tolerances = dict(self.tolerances)
         object.__setattr__(self, "tolerances", tuple(tolerances.items()))
         named = {"relative": self.relative, "absolute": self.absolute}
@@ -109,14 +117,16 @@ class ErrorControlled:
         """Return the schedule of the points at which a step may end, and the landings, counted in these."""
         step, samples = schedule.step_size, sample_times(wiring).values()
         n = math.lcm(*((sample / step).denominator for sample in samples))
-        least = self._seconds("least_step") or step / SHORTEST
-        longest = step * schedule.every
-        if least > longest:
+        least, longest = self._seconds("least_step"), step * schedule.every
+        if least is not None and least > longest:
             what = f"least_step = {float(least):g} s is above the distance of two rows, {float(longest):g} s"
             raise NotSupported(what, "Choose a shorter one, or record fewer rows (every).")
-        while step / n > least:
+        while least is not None and step / n > least:
             n *= 2
         fine = schedule.divided(n)
+        for k in range(1, HALVINGS + 1) if least is None else ():
+            with suppress(TimeError):
+                fine = schedule.divided(n * 2**k)
         if (largest := self._seconds("largest_step")) is not None and largest < fine.step_size:
             what = f"largest_step = {float(largest):g} s is below the least step, {float(fine.step_size):g} s"
             raise NotSupported(what, "Choose a longer one, or give least_step too.")
@@ -162,9 +172,23 @@ class ErrorControlledCourse:
         return [turn.component.name for turn in self.pair.flown.turns.all]
 
     def algorithm(self, slaves: Mapping[str, Slave], watch: Watch) -> tuple[Algorithm, Flown]:
-        """Return the loop in Python."""
-        strictest = float(min([self.master.relative, *self.norm.relative]))
-        return Estimating(self.pair, slaves, self.norm, max(AGREEMENT * strictest, ROUNDING)), Flown("python", "")
+        """Return the loop, which solves its steps in the kernel where that can fly these instances and may.
+
+        Raises `NotSupported` where only the kernel may, and cannot.
+        """
+        agreement = max(AGREEMENT * float(min([self.master.relative, *self.norm.relative])), ROUNDING)
+
+        def in_kernel(plan: Plan) -> Solver:
+            return KernelSolver(plan, slaves, watch, agreement)
+
+        def in_python(plan: Plan) -> Solver:
+            return Iterating(plan, slaves, agreement)
+
+        reason = 'kernel="never"' if self.master.kernel == "never" else iterated_obstacle(slaves)
+        if reason and self.master.kernel == "always":
+            raise NotSupported(f'kernel="always": {reason}', 'Choose kernel="auto".')
+        solver, flown = (in_python, Flown("python", reason)) if reason else (in_kernel, Flown("kernel"))
+        return Estimating(self.pair, slaves, self.norm, solver), flown
 
     def control(self) -> Control:
         """Return the control of the steps, which begins with the experiment's own."""

@@ -13,16 +13,17 @@ two of h / 2 (Richardson); both are of order p = 2, for what is held or on a lin
 x_two and this estimate. The FMUs stand at the solution with which the run goes on.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
 from cosim.errors import StepFailed
 from cosim.masters.control.error_controlled import Pace
 from cosim.masters.culprit import blame
-from cosim.masters.implicit.iterating import Iterating, Saved
+from cosim.masters.implicit.iterating import Saved
 from cosim.masters.implicit.norm import Norm
 from cosim.masters.implicit.plan import Plan
 from cosim.masters.master import Outcome
@@ -48,6 +49,19 @@ class Pair:
         return 1.0 if self.steps == 1 else self.steps**ORDER - 1.0  # (1), (2)
 
 
+class Solver(Protocol):
+    """Takes single steps of a plan; `evaluations` counts how often loops have stepped."""
+
+    evaluations: int
+
+    def attempt(self, point: Point, t: float, h: float, saved: Saved) -> Point:
+        """Take one step of length h from t, s, without more ado; `saved`: the instances as they stand at the point.
+
+        Raises `StepFailed`, `ValueRefused`. The point returned has the index of the one given.
+        """
+        ...
+
+
 class Estimating:
     """Solves each step in two ways; what fails is told in the outcome, for a shorter step may not.
 
@@ -56,11 +70,12 @@ class Estimating:
 
     records = False
 
-    def __init__(self, pair: Pair, slaves: Mapping[str, Slave], norm: Norm, agreement: float) -> None:
+    def __init__(self, pair: Pair, slaves: Mapping[str, Slave], norm: Norm, solver: Callable[[Plan], Solver]) -> None:
         self.pair, self.norm, self._named = pair, norm, slaves
-        self.flown = Iterating(pair.flown, slaves, agreement)
-        self.compared = Iterating(pair.compared, slaves, agreement)
-        self.slaves, self.schedule = self.flown.slaves, self.flown.schedule
+        self.flown = solver(pair.flown)
+        self.compared = self.flown if pair.compared is pair.flown else solver(pair.compared)
+        self.slaves = [slaves[turn.component.name] for turn in pair.flown.turns.all]
+        self.schedule = pair.flown.turns.schedule
         self._parts = np.cumsum([Pace.SIZE, pair.flown.memory])
 
     def advance(self, point: Point, until: int) -> Outcome:
@@ -91,7 +106,7 @@ class Estimating:
 
     @property
     def _evaluations(self) -> int:
-        return self.flown.evaluations + self.compared.evaluations
+        return sum(solver.evaluations for solver in {id(s): s for s in (self.flown, self.compared)}.values())
 
     def _solve(self, point: Point, until: int, t: float, end: float, saved: Saved) -> Outcome:
         pace, memory, other = np.split(point.memory, self._parts)
