@@ -11,6 +11,8 @@ from scipy.linalg import expm
 from cosim import prepare
 from cosim.masters.error_controlled import ErrorControlled
 from cosim.masters.iterated import Iterated
+from cosim.masters.point import Point
+from cosim.masters.watch import Block, Watch
 from fmus.export.build import build
 
 from ..cosim import both
@@ -155,3 +157,74 @@ def test_the_kernel_gives_the_same_bits(masses):
     both.assert_same(*runs)
     assert runs[0].info["loop"]["steps"] == runs[1].info["loop"]["steps"]
     assert runs[0].info["loop"]["evaluations"] == runs[1].info["loop"]["evaluations"]
+
+
+class Steps:
+    """Steps of the oscillator one by one; the first is far too long, so that it is rejected some times."""
+
+    def __init__(self, prepared):
+        master = ErrorControlled(relative=1e-5)
+        setup = replace(both.experiment(stop=0.4, step=0.2), master=master)
+        self.prepared, self.plan = prepared, prepared._plan(setup, None, ("*",))
+        self.course = self.plan.course
+
+    def fly(self, crew, point, until):
+        """Fly as every run does, until a step ends at `until` points; return the point, the steps' ends, the tale."""
+        algorithm, control = self.algorithm(crew), self.course.control()
+        ends = []
+        while point.index < until:
+            outcome = algorithm.advance(point, control.until(point, far=False))
+            counts = control.accepts(outcome)
+            outcome.settle(counts)
+            if counts:
+                point = outcome.point
+                ends.append(point.index)
+        return point, ends, control.told()["steps"]
+
+    def algorithm(self, crew):
+        layout = self.course.layout
+        return self.course.algorithm(crew, Watch(layout, self.course.schedule, Block(2, len(layout.columns.names))))[0]
+
+    def start(self, crew):
+        return self.plan.initialization.start(crew, 0.0, None, None)
+
+
+def same(a, b) -> bool:
+    arrays = ("values", "newest", "memory")
+    return a.states == b.states and all(getattr(a, n).tobytes() == getattr(b, n).tobytes() for n in arrays)
+
+
+@pytest.fixture
+def flown(masses):
+    """Steps, and where they lead."""
+    steps = Steps(masses)
+    with masses._crew() as crew:
+        point, ends, told = steps.fly(crew, steps.start(crew), steps.course.schedule.steps)
+        return steps, point.with_states(crew), ends, told
+
+
+def test_steps_that_were_rejected_leave_no_trace(masses, flown):
+    """Who takes at once the steps that counted comes to the same bits, in the FMUs too."""
+    steps, end, ends, told = flown
+    assert told["rejected"] > 0
+    with masses._crew() as crew:
+        algorithm, point = steps.algorithm(crew), steps.start(crew)
+        for until in ends:
+            outcome = algorithm.advance(point, until)
+            outcome.settle(True)
+            point = outcome.point
+        assert same(point.with_states(crew), end)
+
+
+def test_a_point_that_was_saved_goes_on_to_the_same_bits(masses, flown):
+    """Step control, Jacobians and guesses are in the point: other instances, another control take it up."""
+    steps, end, ends, _ = flown
+    with masses._crew() as crew:
+        middle, before, _ = steps.fly(crew, steps.start(crew), ends[len(ends) // 2])
+        sent = middle.with_states(crew).to_bytes()
+    with masses._crew() as crew:
+        point = Point.from_bytes(sent)
+        steps.start(crew)
+        point.restore(crew)
+        point, after, _ = steps.fly(crew, point, steps.course.schedule.steps)
+        assert same(point.with_states(crew), end) and before + after == ends
