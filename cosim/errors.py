@@ -175,6 +175,29 @@ class NotConverged(StepFailed):
 
 
 @dataclass(eq=False)
+class ToleranceMissed(StepFailed):
+    """A step that cannot be made shorter, after which an output may be wrong by `error`, by more than is `allowed`."""
+
+    error: float = math.inf
+    allowed: float = 0.0
+
+    @property
+    def grown(self) -> bool:
+        """Whether a value that is not finite is what failed."""
+        return False
+
+    def __str__(self) -> str:
+        """Where, what, both numbers, what may help."""
+        name = f"{self.component}.{self.variable}"
+        return (
+            f"the step from {self.time:.12g} s, {self.step:.3g} s long, the least that is allowed: {name} may be wrong "
+            f"by {self.error:.3g} after it, allowed are {self.allowed:.3g}. Choose a larger tolerance (of this output "
+            f'alone: tolerances={{"{name}": ...}}) or a smaller least_step; where a law switches, master=Iterated() '
+            "goes on."
+        )
+
+
+@dataclass(eq=False)
 class ValueRefused(SimulationError):
     """A value that an input of another type cannot take; `target`, `source` as "a.x", `time` in s."""
 

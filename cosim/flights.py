@@ -281,7 +281,7 @@ class Prepared:
     ) -> _Plan:
         timed = master.timed(wiring)
         course = master.course(timed, schedule, record, experiment.stop_when)
-        info = runinfo.setup(self.system, experiment, timed, course, master, self._paths, self._swaps)
+        info = runinfo.setup(self.system, experiment, schedule, timed, course, master, self._paths, self._swaps)
         return _Plan(timed, course, Initialization.of(timed, course.layout), Effective(timed), info)
 
     def _result(
@@ -305,7 +305,7 @@ class Prepared:
         result.info |= runinfo.ending(plan.course.schedule, reached, failure, event)
         result.info |= {"messages": runinfo.messages(flight.crew)}
         loop = {"name": flight.flown.name, "reason": flight.flown.reason, "evaluations": flight.evaluations}
-        result.info |= {"rows": len(result), "loop": loop}
+        result.info |= {"rows": len(result), "loop": {**loop, **flight.control.told()}}
         if self._metrics is not None and folder is not None:
             # of a run that failed too; what ended it must not be hidden by what is made of its rows
             with suppress(Exception) if failure is not None else nullcontext():
@@ -331,7 +331,7 @@ class _Flight:
         rows = schedule.steps // schedule.every + 3
         self.recorder = Recorder(folder, course.layout.columns, point.texts, rows)
         self.flown = Flown("none", "nothing was flown")
-        self.evaluations = 0
+        self.control, self.evaluations = course.control(), 0
         self.failure: Exception | None = None
         self.ended_by = ""  # the FMU that asked for the end
         self.interrupted = False
@@ -350,7 +350,7 @@ class _Flight:
                 algorithm, self.flown = self.course.algorithm(self.crew, watch)
                 _tell(self.flown)
                 with interruptible(watch.stop, self._last_words) as self.asked:
-                    going = run(algorithm, self.course.control(), self.point, watch)
+                    going = run(algorithm, self.control, self.point, watch)
                     try:
                         for self.point in going:
                             recorder.look()

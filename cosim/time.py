@@ -175,6 +175,17 @@ class Schedule:
         """Number of communication steps."""
         return -((self.start - self.stop) // self.step)
 
+    def divided(self, n: int) -> "Schedule":
+        """Return the schedule in steps of 1/n, the same times recorded; raises `TimeError` if it cannot be counted."""
+        unit = n // math.gcd(n, self.step)
+        start, stop, denominator = self.start * unit, self.stop * unit, self.denominator * unit
+        step = self.step * unit // n
+        finest = max(math.ulp(start / denominator), math.ulp(stop / denominator))
+        if max(abs(start), abs(stop), denominator) > LARGEST_COUNT or step / denominator < finest:
+            value = f"{step / denominator:.3g} s"
+            raise TimeError("least_step", value, f"times up to {self.time(self.steps):.12g} s cannot be counted in it")
+        return Schedule(start, stop, step, denominator, self.every * n)
+
     def count(self, k: int) -> int:
         """Return the communication point k = 0 ... steps in units of 1/denominator s."""
         return min(self.start + k * self.step, self.stop)

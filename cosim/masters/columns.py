@@ -57,7 +57,7 @@ def recorded(wiring: Wiring, patterns: Sequence[str]) -> list[Port]:
         for variable in description.variables.values():
             names = {f"{component}.{variable.name}", f"{component}.{split_element(variable.name)[0]}"}
             exchanged = variable.causality in ("input", "output")
-            matching = {p for p in patterns if any(_matches(p, name, exchanged) for name in names)}
+            matching = {p for p in patterns if any(matches(p, name, exchanged) for name in names)}
             unmatched -= matching
             if matching:
                 ports.append(Port(component, variable.name))
@@ -66,7 +66,8 @@ def recorded(wiring: Wiring, patterns: Sequence[str]) -> list[Port]:
     return ports
 
 
-def _matches(pattern: str, name: str, exchanged: bool) -> bool:
+def matches(pattern: str, name: str, exchanged: bool) -> bool:
+    """Whether a pattern chooses a variable by a name of it; one that is not `exchanged` must be named in full."""
     if canonical(pattern) == name:
         return True
     return exchanged and fnmatchcase(name, pattern.replace("[", "[[]"))

@@ -10,7 +10,7 @@ text in the run's `Texts`.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -203,6 +203,27 @@ class Layout:
             sloping = told and any((port, 1) in self.derivative_slots for port in mine)
             found.append(Reading(places[name], groups_of(wiring, mine, [self.slots[p] for p in mine]), sloping))
         return tuple(found)
+
+    def without_slopes(self, wiring: Wiring) -> "Layout":
+        """Return the same slots for the same connections in timings that need no slopes, of which none are read."""
+        links = {link.target: link for link in wiring.links}
+
+        def carried(inputs: Inputs) -> Inputs:
+            return replace(
+                inputs,
+                links=tuple(links[link.target] for link in inputs.links),
+                slope=np.full(len(inputs.links), -1, dtype=np.int64),
+            )
+
+        components = tuple(
+            replace(
+                c,
+                inputs=carried(c.inputs),
+                outputs=replace(c.outputs, derivative_references=(), derivative_orders=(), differences=None),
+            )
+            for c in self.components
+        )
+        return replace(self, components=components, derivative_slots={}, inputs=carried(self.inputs))
 
     def show_inputs(self, values: FloatArray) -> None:
         """Put into the own slot of every connected input what its source gives it, in a vector of slots."""

@@ -1,9 +1,10 @@
 """What a master is made of: settings, an algorithm, a control. Layout, point, initialization are the same for all."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
+from cosim.errors import StepFailed
 from cosim.masters.layout import Layout
 from cosim.masters.point import Point
 from cosim.masters.watch import Watch
@@ -13,12 +14,32 @@ from cosim.time import Schedule
 
 
 @dataclass(frozen=True)
+class Deviation:
+    """By how much a variable, "plant.x", may be wrong after a step, and how much is allowed."""
+
+    variable: str
+    error: float
+    allowed: float
+
+    @property
+    def size(self) -> float:
+        """Of what is allowed, the part that it is wrong by."""
+        return self.error / self.allowed
+
+
+@dataclass(frozen=True)
 class Outcome:
-    """Where an algorithm came: the point, an estimate of its error (None: it has none), how often the FMUs stepped."""
+    """Where an algorithm came: the point, the largest deviation (None: it has no estimate), how often the FMUs stepped.
+
+    `failure`: why it came nowhere, where a shorter step may; the point is then the one that it began at. `settle` must
+    be called once with whether the step counts: where it does not, the FMUs go back to where it began.
+    """
 
     point: Point
-    error: float | None = None
+    deviation: Deviation | None = None
     evaluations: int = 1
+    failure: StepFailed | None = None
+    settle: Callable[[bool], None] = lambda counts: None
 
 
 class Algorithm(Protocol):
@@ -46,7 +67,11 @@ class Control(Protocol):
         ...
 
     def accepts(self, outcome: Outcome) -> bool:
-        """Whether a step counts; one that does not is taken back and taken again."""
+        """Whether a step counts; one that does not is taken back, and a shorter one taken. Raises `StepFailed`."""
+        ...
+
+    def told(self) -> Mapping[str, Any]:
+        """Return what run.json says of the steps taken, beyond what the experiment says."""
         ...
 
 

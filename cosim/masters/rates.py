@@ -1,6 +1,8 @@
 """Components at different rates: who waits for whom, and which connections make no sense across rates."""
 
 from collections.abc import Iterator
+from contextlib import suppress
+from fractions import Fraction
 
 from cosim.errors import TimeError, WiringError
 from cosim.system.graph import stepping_order
@@ -34,18 +36,23 @@ def of_one_rate(wiring: Wiring, schedule: Schedule) -> list[WiringError]:
     return [*_shortened(wiring, schedule), *_missampled(wiring, schedule)]
 
 
-def _missampled(wiring: Wiring, schedule: Schedule) -> Iterator[WiringError]:
-    """Find sampled components of ours whose samples would not come at equal distances: at whole numbers of steps."""
+def sample_times(wiring: Wiring) -> dict[str, Fraction]:
+    """Return the sample times of the sampled components of ours, s, by their names."""
+    found: dict[str, Fraction] = {}
     for component, description in wiring.descriptions.items():
         if not description.sampled or SAMPLE_TIME not in description.variables:
             continue
         given = wiring.settings.get(Port(component, SAMPLE_TIME), description.variables[SAMPLE_TIME].start)
         if not isinstance(given, float) or not given > 0:
             continue  # the FMU refuses it with its own words
-        try:
-            sample = exact_seconds(given, f"{component}.{SAMPLE_TIME}")
-        except TimeError:
-            continue  # a hair off any step: the FMU takes each sample at the step that is nearest
+        with suppress(TimeError):  # a hair off any step: the FMU takes each sample at the step that is nearest
+            found[component] = exact_seconds(given, f"{component}.{SAMPLE_TIME}")
+    return found
+
+
+def _missampled(wiring: Wiring, schedule: Schedule) -> Iterator[WiringError]:
+    """Find sampled components of ours whose samples would not come at equal distances: at whole numbers of steps."""
+    for component, sample in sample_times(wiring).items():
         step = schedule.step_size * wiring.period(component)
         if (sample / step).denominator != 1 and (step / sample).denominator != 1:
             fits = ", ".join(f"{float(sample / n):.6g}" for n in (1, 2, 5, 10))

@@ -24,7 +24,12 @@ def run(algorithm: Algorithm, control: Control, point: Point, watch: Watch) -> G
                 clock.looked()
             outcome = algorithm.advance(point, control.until(point, far=algorithm.records))
             watch.evaluations += outcome.evaluations
-            if control.accepts(outcome):
+            counts = False
+            try:
+                counts = control.accepts(outcome)
+            finally:
+                outcome.settle(counts)
+            if counts:
                 point = outcome.point
                 if not algorithm.records:
                     watch.row(point)

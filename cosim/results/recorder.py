@@ -94,7 +94,7 @@ class Recorder:
         return pa.Table.from_batches(self._kept, schema=self._schema)
 
     def _batch(self, rows: FloatArray) -> pa.RecordBatch:
-        columns = np.ascontiguousarray(rows.T)
+        columns = rows.T.copy()  # a single row is contiguous as it is, and would be overwritten by the next
         types: tuple[Type, ...] = ("Real", *self._columns.types)
         arrays = [self._array(column, kind) for column, kind in zip(columns, types, strict=True)]
         return pa.RecordBatch.from_arrays(arrays, schema=self._schema)

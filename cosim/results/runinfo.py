@@ -29,14 +29,15 @@ PACKAGES = ("adcs-cosim", "fmpy", "pythonfmu", "casadi", "numpy", "scipy", "pyar
 def setup(
     system: System,
     experiment: Experiment,
+    schedule: Schedule,
     wiring: Wiring,
     course: Course,
     master: Any,
     paths: Mapping[str, Path],
     swaps: Sequence[SwapReport],
 ) -> dict[str, Any]:
-    """Return what is known before the first step; `wiring` has the timings that are flown."""
-    schedule, columns = course.schedule, course.layout.columns
+    """Return what is known before the first step; `schedule`: the experiment's, `wiring` has the timings flown."""
+    columns = course.layout.columns
     last = schedule.stop - schedule.count(schedule.steps - 1)
     return {
         "system": system.name,

@@ -60,7 +60,7 @@ class Iterating:
         """Go from t to `end` in one step, or in two halves of it, and so on."""
         with Saved(self.slaves) as saved:
             try:
-                return self._attempt(point, t, end - t, saved)
+                return self.attempt(point, t, end - t, saved)
             except StepFailed as failure:
                 if isinstance(failure, NotConverged):
                     failure.halvings = halvings
@@ -80,7 +80,11 @@ class Iterating:
                 return f"{slave.name} needs a constant step"
         return f"{saved.missing} cannot save its state" if saved.missing else ""
 
-    def _attempt(self, point: Point, t: float, h: float, saved: "Saved") -> Point:
+    def attempt(self, point: Point, t: float, h: float, saved: "Saved") -> Point:
+        """Take one step of length h from t, s, without more ado; `saved`: the instances as they stand at the point.
+
+        Raises `StepFailed`, `ValueRefused`. The point returned has the index of the one given.
+        """
         newest, memory = point.values.copy(), point.memory.copy()
         for stage in self.plan.stages:
             if isinstance(stage, Loop):

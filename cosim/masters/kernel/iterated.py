@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cosim.masters.implicit.iterating import Iterating
+from cosim.masters.implicit.iterating import Iterating, Saved
 from cosim.masters.implicit.plan import Plan
 from cosim.masters.kernel.kernel import Kernel
 from cosim.masters.kernel.library import obstacle
@@ -41,3 +41,24 @@ class IteratedKernel:
         outcome = self._python.advance(point, point.index + 1)
         self.watch.row(outcome.point)
         return outcome
+
+
+class KernelSolver:
+    """`Iterating.attempt` bit for bit, in the kernel; a step at which it is stuck is left to Python."""
+
+    def __init__(self, plan: Plan, slaves: Mapping[str, Slave], watch: Watch, tolerance: float) -> None:
+        self.plan, self.evaluations = plan, 0
+        self._kernel = Kernel(plan.turns, slaves, watch, plan, tolerance)
+        self._python = Iterating(plan, slaves, tolerance)
+
+    def attempt(self, point: Point, t: float, h: float, saved: Saved) -> Point:
+        """Take one step of length h from t, s; see `Solver`."""
+        outcome = self._kernel.attempt(point, t, h)
+        if not self._kernel.stuck:
+            self.evaluations += outcome.evaluations
+            return outcome.point
+        before = self._python.evaluations
+        try:
+            return self._python.attempt(point, t, h, saved)
+        finally:
+            self.evaluations += self._python.evaluations - before

@@ -96,6 +96,29 @@ class Kernel:
                 raise self._failure  # else at the next call: what was reached before it counts
         return Outcome(self._reached(point.texts), None, run.evaluations if run.stages else run.done - point.index)
 
+    def attempt(self, point: Point, t: float, h: float) -> Outcome:
+        """Take one iterated step of length h from t, s, without more ado; the point keeps its index.
+
+        Where it is `stuck` the outcome is the point itself. Raises `StepFailed` where an instance cannot be used more.
+        """
+        run = self._packed.run
+        self._put(point)
+        here = breadcrumb.here()
+        here.run = ctypes.addressof(run)
+        failed = self._library.kernel_attempt(ctypes.byref(run), t, h)
+        here.run = None
+        self._note_warnings()
+        if self.stuck:
+            return Outcome(point, None, 0)
+        if failed:
+            failure = self._told()
+            if isinstance(failure, StepFailed):
+                failure.time, failure.step = t, h
+            raise failure
+        reached = self._reached(point.texts)
+        self.turns.layout.show_inputs(reached.values)
+        return Outcome(reached, None, run.evaluations)
+
     @property
     def stuck(self) -> bool:
         """Whether the next step takes more than the kernel can do."""

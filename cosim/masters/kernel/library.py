@@ -107,6 +107,8 @@ def _declared(found: ctypes.CDLL) -> ctypes.CDLL:
     integer, pointer = ctypes.c_longlong, ctypes.c_void_p
     found.kernel_run.restype = ctypes.c_int
     found.kernel_run.argtypes = [pointer, integer, ctypes.c_double, pointer, integer, pointer]
+    found.kernel_attempt.restype = ctypes.c_int
+    found.kernel_attempt.argtypes = [pointer, ctypes.c_double, ctypes.c_double]
     found.kernel_texts.restype = pointer
     found.kernel_texts.argtypes = []
     found.kernel_free_texts.restype = None
