@@ -56,7 +56,7 @@ def _values(experiment: str) -> tuple[System, dict[str, Component], dict[str, di
 
 @cache
 def _inputs(experiment: str, instance: str) -> dict[str, Any]:
-    """Connected inputs at the start: those whose source is a state, or an output that follows from states alone."""
+    """Connected inputs at the start: those whose source has a start, or is an output that follows from states alone."""
     system, bare, values = _values(experiment)
     found: dict[str, Any] = {}
     for connection in system.connections:
@@ -65,7 +65,7 @@ def _inputs(experiment: str, instance: str) -> dict[str, Any]:
         if target != instance or source == instance:
             continue
         component = type(bare[source])(**(bare[source].structure | values[source]))
-        states = {s.name: s.start for s in component.states if not s.calculated}
+        states = _starts(component)
         if output in states:
             found[name] = states[output]
         elif output in component.direct_feedthrough and not component.direct_feedthrough[output]:
@@ -84,8 +84,12 @@ def _states_of_others(experiment: str, instance: str) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for connection in system.connections:
         (source, output), (target, name) = split_port(connection.source), split_port(connection.target)
-        states = {s.name for s in bare[source].states if not s.calculated}
-        if target == instance and output in states:
+        if target == instance and output in _starts(bare[source]):
             component = type(bare[source])(**(bare[source].structure | values[source]))
-            found[name] = next(s.start for s in component.states if s.name == output)
+            found[name] = _starts(component)[output]
     return found
+
+
+def _starts(component: Component) -> dict[str, Any]:
+    """The start values of states and outputs that are set."""
+    return {v.name: v.start for v in (*component.states, *component.exact_outputs) if not getattr(v, "calculated", False)}
