@@ -17,9 +17,14 @@ Backend = Annotated[
 Master = Annotated[
     str | None,
     typer.Option(
-        help="explicit (timings as the system declares them), jacobi (all at_point) or gauss_seidel (after_step where "
-        "the source is declared before the target). Default: the experiment's own."
+        help="explicit (timings as the system declares them), jacobi (all at_point), gauss-seidel (after_step where "
+        "the source is declared before the target), iterated (steps repeated until they agree) or error-controlled "
+        "(iterated, steps as long as an error allows). Default: the experiment's own."
     ),
+]
+MasterTolerance = Annotated[
+    float | None,
+    typer.Option(help="Of iterated: up to which part of their size values agree; of error-controlled: allowed error."),
 ]
 Use = Annotated[
     list[str] | None,
@@ -38,7 +43,7 @@ Inputs = Annotated[
     str | None,
     typer.Option(
         help="How inputs whose sources step first are carried over a step: declared, held (at the end's value), ramp "
-        "(a line), smooth (a cubic with true slopes)."
+        "(a line), smooth (a cubic with true slopes). Of iterated: ramp or smooth."
     ),
 ]
 Extrapolation = Annotated[

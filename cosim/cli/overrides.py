@@ -7,8 +7,8 @@ from dataclasses import replace as changed
 from pathlib import Path
 from typing import Any
 
-from cosim.errors import NotSupported, ParameterError, UnknownName
-from cosim.masters.explicit import Explicit
+from cosim.cli import masters
+from cosim.errors import ParameterError, UnknownName
 from cosim.quantity import advice_on_numbers
 from cosim.system import Experiment, System, Value
 from cosim.system.swap import SwapReport, replace
@@ -107,6 +107,7 @@ def with_experiment(
     extrapolation: int | None = None,
     tolerance: float | None = None,
     announce_stop_time: bool = False,
+    master_tolerance: float | None = None,
 ) -> Experiment:
     """Return the experiment with what the command line says instead; step and stop as in "1ms" or "200"."""
     changes: dict[str, Any] = {}
@@ -120,26 +121,6 @@ def with_experiment(
         changes["tolerance"] = tolerance
     if announce_stop_time:
         changes["announce_stop_time"] = True
-    if any(option is not None for option in (master, inputs, extrapolation)):
-        changes["master"] = _master(experiment.master, master, inputs=inputs, extrapolation=extrapolation)
+    if any(option is not None for option in (master, inputs, extrapolation, master_tolerance)):
+        changes["master"] = masters.choose(experiment.master, master, inputs, extrapolation, master_tolerance)
     return changed(experiment, **changes)
-
-
-MASTERS: dict[str, Callable[[Any], Any]] = {
-    "explicit": lambda own: changed(own, preset="declared") if isinstance(own, Explicit) else Explicit(),
-    "jacobi": lambda _: Explicit("jacobi"),
-    "gauss_seidel": lambda _: Explicit("gauss_seidel"),
-}
-"""Name -> the master, of the experiment's own one; one of another name than that is plain."""
-
-
-def _master(own: Any, name: str | None, **options: Any) -> Any:
-    """Return the experiment's own master, or that of a name, with the settings that options give (None: not given)."""
-    if name is not None and name not in MASTERS:
-        raise UnknownName("master", name, "--master", list(MASTERS))
-    master = (own or Explicit()) if name is None else MASTERS[name](own)
-    given = {option: value for option, value in options.items() if value is not None}
-    for option in given:
-        if not hasattr(master, option):
-            raise NotSupported(f"{type(master).__name__} has no setting {option}", "Choose --master explicit.")
-    return changed(master, **given)

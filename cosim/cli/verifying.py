@@ -6,7 +6,20 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cosim.cli import console
-from cosim.cli.options import Backend, Extrapolation, Force, Inputs, Master, Params, Set, Step, Stop, Use, reported
+from cosim.cli.options import (
+    Backend,
+    Extrapolation,
+    Force,
+    Inputs,
+    Master,
+    MasterTolerance,
+    Params,
+    Set,
+    Step,
+    Stop,
+    Use,
+    reported,
+)
 from cosim.time import in_words
 
 if TYPE_CHECKING:
@@ -23,6 +36,7 @@ def verify_(
     master: Master = None,
     inputs: Inputs = None,
     extrapolation: Extrapolation = None,
+    master_tolerance: MasterTolerance = None,
     limit: Annotated[
         bool, typer.Option("--limit", help="Search the largest step at which the exchange flies the system too.")
     ] = False,
@@ -56,7 +70,13 @@ def verify_(
             system = with_parameters(system, overrides.parameter_file(file))
         system = with_parameters(system, overrides.assignments(set_ or []))
         experiment = overrides.with_experiment(
-            experiment, step, stop, master=master, inputs=inputs, extrapolation=extrapolation
+            experiment,
+            step,
+            stop,
+            master=master,
+            inputs=inputs,
+            extrapolation=extrapolation,
+            master_tolerance=master_tolerance,
         )
         search = float(parse_seconds(limit_time, "--limit-time")) if limit else None
         with console.progress(system.name) as progress:
