@@ -1,7 +1,7 @@
 """Co-simulation of attitude-control systems: FMI 2.0 FMUs wired by a master, recorded, judged.
 
 What a script needs is here by its name, and loaded when it is first used: System, Connection, Experiment, Value, load,
-Library, prepare, simulate, Result.
+Library, prepare, simulate, Result; the masters Explicit, Iterated, ErrorControlled.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -15,18 +15,37 @@ if TYPE_CHECKING:
     from cosim.cli.library import Library
     from cosim.cli.scenario import load
     from cosim.flights import Prepared
+    from cosim.masters.error_controlled import ErrorControlled
+    from cosim.masters.explicit import Explicit
+    from cosim.masters.iterated import Iterated
     from cosim.results.result import Result
     from cosim.slaves.slave import Slave
     from cosim.system import Connection, Experiment, System, Value
     from cosim.system.swap import SwapReport
 
-__all__ = ["Connection", "Experiment", "Library", "Result", "System", "Value", "load", "prepare", "simulate"]
+__all__ = [
+    "Connection",
+    "ErrorControlled",
+    "Experiment",
+    "Explicit",
+    "Iterated",
+    "Library",
+    "Result",
+    "System",
+    "Value",
+    "load",
+    "prepare",
+    "simulate",
+]
 
 refuse_strangers()
 
 _HOMES = {
     "Connection": "cosim.system",
+    "ErrorControlled": "cosim.masters.error_controlled",
     "Experiment": "cosim.system",
+    "Explicit": "cosim.masters.explicit",
+    "Iterated": "cosim.masters.iterated",
     "Library": "cosim.cli.library",
     "Result": "cosim.results.result",
     "System": "cosim.system",

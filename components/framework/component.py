@@ -57,6 +57,9 @@ class Component:
                 raise ComponentError(self.name, f"structural parameter {n} = {value!r} is not a whole number >= 0.")
             setattr(self, n, value)
         declared = _merge(self.name, _declared(type(self)), self.declare())
+        for taken in (n for n in declared if hasattr(Component, n) or n in vars(self)):
+            text = f"a variable cannot be called {taken}: every component has something of that name. Choose another."
+            raise ComponentError(self.name, text)
         has_states = any(type(v) is State for v in declared.values())
         declared = _merge(self.name, declared, self._solver(has_states))
         unknown = [n for n in values if n not in declared]

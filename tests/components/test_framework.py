@@ -426,3 +426,10 @@ def test_python_only():
 @pytest.mark.parametrize("name", ["u", "y"])
 def test_variables_have_no_value_outside_equations(name):
     assert getattr(Lag(), name).name == ""  # the declaration, never a number
+
+
+@pytest.mark.parametrize("name", ["size", "outputs", "name", "check"])
+def test_a_variable_with_a_name_that_components_have(name):
+    taken = type("Taken", (Component,), {name: Parameter(unit="1", doc="a number")})
+    with pytest.raises(ComponentError, match=f"Taken: a variable cannot be called {name}: every component has"):
+        taken()
