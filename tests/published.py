@@ -92,4 +92,6 @@ def _states_of_others(experiment: str, instance: str) -> dict[str, Any]:
 
 def _starts(component: Component) -> dict[str, Any]:
     """The start values of states and outputs that are set."""
-    return {v.name: v.start for v in (*component.states, *component.exact_outputs) if not getattr(v, "calculated", False)}
+    return {
+        v.name: v.start for v in (*component.states, *component.exact_outputs) if not getattr(v, "calculated", False)
+    }
