@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from cosim.errors import SimulationError, StepFailed
+from cosim.masters.error_controlled import ErrorControlled
 from cosim.masters.exchange import name_of
 from cosim.masters.explicit import Explicit
 from cosim.masters.iterated import Iterated
@@ -60,7 +61,7 @@ def advise(failure: StepFailed, experiment: Experiment, master: MasterSettings, 
 
     Nothing is said where a unit is to blame, or where no trial can be flown.
     """
-    if failure.grown and not failure.culprits:
+    if failure.grown and not failure.culprits and not isinstance(master, ErrorControlled):  # whose steps are its own
         start = exact_seconds(experiment.start_time, "start_time")
         stop = exact_seconds(experiment.stop_time, "stop_time")
         step = exact_seconds(experiment.communication_step_size, "communication_step_size")

@@ -11,6 +11,7 @@ import pytest
 from components.framework import Component, State
 from cosim import prepare, remedy
 from cosim.errors import StepFailed
+from cosim.masters.error_controlled import ErrorControlled
 from cosim.masters.explicit import Explicit
 from cosim.studies import papers
 from cosim.system import System
@@ -169,6 +170,11 @@ class TestWhatATrialTells:
 
         error = replace(self.FAILED)
         remedy.advise(error, both.experiment(stop=10.0), Explicit(), fly)
+        assert error.remedy == ""
+
+    def test_a_master_with_steps_of_its_own_is_not_tried(self):
+        error = replace(self.FAILED)
+        remedy.advise(error, both.experiment(stop=10.0), ErrorControlled(), lambda *_: pytest.fail("it was flown"))
         assert error.remedy == ""
 
     def test_what_did_not_grow_is_not_tried(self):

@@ -12,6 +12,7 @@ from typing import Any
 
 from cosim.errors import NotSupported
 from cosim.flights import Locate, Prepared, Progress, prepare
+from cosim.masters.error_controlled import ErrorControlled
 from cosim.masters.exchange import name_of
 from cosim.masters.explicit import Explicit
 from cosim.results.folder import finite, make_folder, write_text
@@ -88,13 +89,16 @@ def verify(
     """
     if search is not None and not search > 0:
         raise NotSupported(f"a search of {search:g} s", "Give it some time: search=60.0, --limit-time 60s.")
+    master = experiment.master if experiment.master is not None else Explicit()
+    if isinstance(master, ErrorControlled):
+        what = "ErrorControlled chooses its own steps, of which the communication step tells nothing"
+        raise NotSupported(what, "Choose --master explicit or iterated (Explicit(), Iterated()).")
     with nullcontext(system) if isinstance(system, Prepared) else prepare(system, locate) as prepared:
         names = compared(prepared.wiring)
         setup = replace(experiment, record=names)
         trials = _refined(prepared, setup, parameters, progress)
         good = [trial for trial in trials if trial.finished][-FLIGHTS:]
         runs = [trial.result for trial in good if trial.result is not None]
-        master = experiment.master if experiment.master is not None else Explicit()
         schedule = _schedule(setup, good[-1].step if good else trials[0].step)
         tolerance = float(getattr(master, "tolerance", 0.0))
         variables = converge(runs, names, schedule.steps, tolerance) if len(runs) > 1 else []

@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 
 from cosim import prepare
 from cosim.errors import NotSupported, UnknownName
+from cosim.masters.error_controlled import ErrorControlled
 from cosim.masters.explicit import Explicit
 from cosim.masters.iterated import Iterated
 from cosim.studies.verification import FILE, verify
@@ -136,6 +137,10 @@ class TestEnds:
         with pytest.raises(NotSupported, match=r"nothing to compare: no plant, and no connected output .* Connect one"):
             verify(both.of({"a": alone}, []), setup(0.1))
 
+    def test_a_master_with_steps_of_its_own(self, prepared):
+        with pytest.raises(NotSupported, match=r"ErrorControlled chooses its own steps.* Choose --master explicit or"):
+            verify(prepared, setup(1e-3, master=ErrorControlled()))
+
     def test_an_interrupt_keeps_what_was_flown(self, prepared):
         def press(t, stop):
             raise KeyboardInterrupt
@@ -244,6 +249,8 @@ class TestCommand:
         done = adcs("verify", system, "--step", "2ms", "--stop", "0.5", "--master", "jacobi", "--set", "gain.k=20")
         assert "s by Explicit(preset='jacobi'), 0.5 s" in done.out
         assert "2 ms - 1 ms" in done.out
+        done = adcs("verify", system, "--inputs", "smooth", "--extrapolation", "1", "--stop", "0.5")
+        assert "s by Explicit(inputs='smooth', extrapolation=1), 0.5 s" in done.out
 
     def test_nothing_but_divergence(self, adcs, system):
         done = adcs("verify", system, "--step", "400ms", "--stop", "80")
