@@ -59,14 +59,21 @@ class CyclicOrder(SimulationError):
 
 @dataclass(eq=False)
 class AlgebraicLoop(SimulationError):
-    """An algebraic loop over FMUs that could not be solved; `path` runs against the signal, first = last."""
+    """An algebraic loop over FMUs that could not be solved; `path` runs against the signal, first = last.
+
+    `time`: of the communication point in a run, s. `component`: the FMU that failed in it, if one did.
+    """
 
     path: Sequence[str]
     problem: str
+    advice: str = "Give one of these outputs a state, or hold one input."
+    time: float | None = None
+    component: str | None = None
 
     def __str__(self) -> str:
-        """Print the loop variable by variable, why it was not solved, the way out."""
-        return f"{' <- '.join(self.path)}: {self.problem}. Give one of these outputs a state, or hold one input."
+        """Print the loop variable by variable, where and why it was not solved, the way out."""
+        where = f" at communication point {self.time:.12g} s" if self.time is not None else ""
+        return f"{' <- '.join(self.path)}: {self.problem}{where}. {self.advice}"
 
 
 _STATUS = {2: "fmi2Discard", 3: "fmi2Error", 4: "fmi2Fatal", 5: "fmi2Pending"}

@@ -8,6 +8,7 @@ from pathlib import Path
 from cosim.cli import console
 from cosim.cli.instances import Locate, read_descriptions
 from cosim.masters.explicit import Explicit
+from cosim.masters.implicit.cut import stages
 from cosim.results.runinfo import warnings
 from cosim.system import Experiment, System, graph
 from cosim.system.expand import wire
@@ -35,7 +36,7 @@ def write_system(system: System, experiment: Experiment, locate: Locate) -> None
     step = exact_seconds(experiment.communication_step_size, "communication_step_size")
     times = f"{written(stop)} in steps of {written(step)}"
     console.write(f"{system.name}: {times}, master {_master(master)}\n")
-    order = graph.stepping_order(wiring)
+    order = _order(wiring, master)
     head = ("order", "instance", "FMU", "parameters and initial states that are set")
     console.write_table(head, _instances(order, system, wiring), whole=(0, 1, 2))
     console.write("")
@@ -46,12 +47,35 @@ def write_system(system: System, experiment: Experiment, locate: Locate) -> None
     lines += [line for name in order for line in _left_alone(name, wiring)] or ["  none"]
     lines += ["", "direct feedthrough, output <- inputs:"]
     lines += [f"  {line}" for name in order for line in _feedthrough(name, wiring.descriptions[name])] or ["  none"]
-    loops = [*graph.algebraic_loops(wiring), *graph.algebraic_loops(wiring, initial=True)]
-    lines += ["algebraic loops: " + ("" if loops else "none"), *(f"  {' <- '.join(loop)}" for loop in loops)]
+    loops = _loops(wiring, master)
+    loops += [(path, "solved in initialization") for path in graph.algebraic_loops(wiring, initial=True)]
+    lines += ["algebraic loops: " + ("" if loops else "none")]
+    lines += [f"  {' <- '.join(path)}: {what}" for path, what in loops]
     delayed = [str(path) for path in graph.refresh_order(wiring).delayed]
     lines += ["delayed paths: " + ("" if delayed else "none"), *(f"  {path}" for path in delayed)]
     lines += warnings(wiring)
     console.write("\n".join(lines))
+
+
+def _order(wiring: Wiring, master: MasterSettings) -> Sequence[str]:
+    """Return the instances in the order in which they step; repeated ones in that of each repetition."""
+    if isinstance(master, Explicit):
+        return graph.stepping_order(wiring)
+    return [name for stage in stages(wiring) for name in stage.members]
+
+
+def _loops(wiring: Wiring, master: MasterSettings) -> list[tuple[Sequence[str], str]]:
+    """Return the algebraic loops at communication points, and what the master does with each."""
+    if not isinstance(master, Explicit):
+        return [(path, "solved by repeating steps") for path in graph.algebraic_loops(wiring)]
+    solved = graph.solved_loops(wiring)
+    refused = {tuple(loop.path): f"refused: {loop.problem}. {loop.advice}" for loop in graph.unsolved_loops(wiring)}
+    others = [path for path in graph.algebraic_loops(wiring) if path not in solved and path not in refused]
+    return [
+        *((path, "solved at each communication point") for path in solved),
+        *refused.items(),
+        *((path, "delayed, see below") for path in others),
+    ]
 
 
 def write_fmu(path: Path) -> None:

@@ -128,12 +128,17 @@ class ExplicitCourse:
 
         Raises `NotSupported` where only the kernel may, and cannot.
         """
-        reason = 'kernel="never"' if self.master.kernel == "never" else obstacle(slaves)
+        reason = 'kernel="never"' if self.master.kernel == "never" else self._loops() or obstacle(slaves)
         if not reason:
             return Kernel(self.turns, slaves, watch), Flown("kernel")
         if self.master.kernel == "always":
             raise NotSupported(f'kernel="always": {reason}', 'Choose kernel="auto".')
         return Stepping(self.turns, slaves), Flown("python", reason)
+
+    def _loops(self) -> str:
+        """Return why the kernel cannot fly these turns, "" if it can: what solves algebraic loops is in Python."""
+        paths = "; ".join(" <- ".join(loop.path) for loop in self.turns.loops)
+        return f"an algebraic loop is solved at each communication point ({paths})" if paths else ""
 
     def control(self) -> Control:
         """Return the control of the steps: all of one size."""

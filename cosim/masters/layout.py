@@ -69,6 +69,11 @@ class Outputs:
         """Slots of the output derivatives."""
         return slice(self.values.stop, self.values.stop + len(self.derivative_references))
 
+    @cached_property
+    def slopes(self) -> IntArray:
+        """Slots of those that are of first order."""
+        return self.derivatives.start + np.flatnonzero(np.array(self.derivative_orders) == 1)
+
     @property
     def slots(self) -> slice:
         """Slots of all of these."""

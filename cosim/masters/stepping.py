@@ -12,6 +12,7 @@ from cosim.masters.culprit import blame
 from cosim.masters.curves import Ends
 from cosim.masters.master import Outcome
 from cosim.masters.point import Point
+from cosim.masters.refreshing import Refreshing
 from cosim.masters.turns import MEAN, MIDPOINT, RAMP, SMOOTH, STEP_MEAN, Turn, Turns
 from cosim.slaves import breadcrumb
 from cosim.slaves.slave import Slave
@@ -33,7 +34,7 @@ class Stepping:
     def __init__(self, turns: Turns, slaves: Mapping[str, Slave]) -> None:
         self.turns, self.layout, self.schedule = turns, turns.layout, turns.schedule
         self._named, self.slaves = slaves, [slaves[turn.component.name] for turn in turns.all]
-        self._again = [(turns.turn_of(reading), reading) for reading in turns.refresh]
+        self._again = Refreshing(turns, slaves)
 
     def advance(self, point: Point, until: int) -> Outcome:
         """Take communication steps up to `until`; see `Algorithm`."""
@@ -59,12 +60,7 @@ class Stepping:
         for turn in self.turns.all:
             if turn.end(k, self.schedule) == k + 1:
                 values[turn.component.outputs.slots] = point.newest[turn.component.outputs.slots]
-        for place, reading in self._again:
-            turn = self.turns.all[place]
-            if turn.end(k, self.schedule) == k + 1:
-                t = self.schedule.time(turn.start(k))
-                h = self.schedule.time(k + 1) - t
-                steps.refresh(turn, self.slaves[place], reading, point.values, values, point.newest, point.texts, t, h)
+        self._again.refresh(point, values)
         self.layout.show_inputs(values)
         breadcrumb.here().time = self.schedule.time(k + 1)
         return replace(point, index=k + 1, values=values)

@@ -9,7 +9,7 @@ from cosim.errors import CallFailed, StepFailed
 from cosim.masters import curves
 from cosim.masters.calls import read_groups, refuse_values, write_inputs
 from cosim.masters.curves import Ends
-from cosim.masters.layout import Group, Reading
+from cosim.masters.layout import Group
 from cosim.masters.turns import (
     AFTER_STEP,
     CURVE,
@@ -17,7 +17,6 @@ from cosim.masters.turns import (
     LINE,
     MEAN,
     MIDPOINT,
-    RAMP,
     STEP_MEAN,
     Turn,
 )
@@ -55,7 +54,7 @@ def take(
             )
     except CallFailed as error:
         raise failed_step(error, t, h) from error
-    _refuse_not_finite(turn, slave, t, h, outputs.groups, newest)
+    refuse_not_finite(turn, slave, t, h, outputs.groups, newest)
     if outputs.differences is not None:
         outputs.differences.take(begun, newest, h)
 
@@ -78,7 +77,7 @@ def _set_inputs(turn: Turn, slave: Slave, ends: Ends, begun: FloatArray, texts: 
     mean = timing == MEAN
     value[mean] = curves.mean(ends, h)[mean]
     for i in np.flatnonzero(timing == EXTRAPOLATED_MEAN):
-        value[i] += 0.5 * h * _slope_or_none(begun[inputs.slope[i]])
+        value[i] += 0.5 * h * slope_or_none(begun[inputs.slope[i]])
     given = inputs.factor * value + inputs.addend
     refuse_values(inputs, given, t)
     write_inputs(slave, inputs, given, texts)
@@ -86,65 +85,15 @@ def _set_inputs(turn: Turn, slave: Slave, ends: Ends, begun: FloatArray, texts: 
         at = derivatives.position
         here = Ends(*(part[at] for part in ends))
         order, form = derivatives.order, derivatives.form
-        slope = np.where(form == LINE, (here.b - here.a) / h, _slope_or_none(begun[derivatives.slot]))
+        slope = np.where(form == LINE, (here.b - here.a) / h, slope_or_none(begun[derivatives.slot]))
         curve = np.where(order == 1, here.da, np.where(order == 2, curves.second(here, h), curves.third(here, h)))
         slope = np.where(form == CURVE, curve, slope)
         slave.set_input_derivatives(derivatives.references, derivatives.orders, inputs.factor[at] * slope)
 
 
-def _slope_or_none(slope: FloatArray) -> FloatArray:
+def slope_or_none(slope: FloatArray) -> FloatArray:
     """Return slopes that are known; an input whose source's slope is not is held."""
     return np.where(np.isnan(slope), 0.0, slope)
-
-
-def refresh(
-    turn: Turn,
-    slave: Slave,
-    reading: Reading,
-    begun: FloatArray,
-    values: FloatArray,
-    newest: FloatArray,
-    texts: Texts,
-    t: float,
-    h: float,
-) -> None:
-    """Read outputs again with the inputs of the communication point t + h, whose `values` are in the making.
-
-    `begun`: all slots at t. Raises `StepFailed`, `ValueRefused`.
-    """
-    inputs, outputs = turn.component.inputs, turn.component.outputs
-    value = np.where(turn.timing == STEP_MEAN, newest[inputs.source], values[inputs.source])
-    given = inputs.factor * value + inputs.addend
-    refuse_values(inputs, given, t + h)
-    try:
-        write_inputs(slave, inputs, given, texts)
-        if reading.slopes and turn.moving_references:
-            slave.set_input_derivatives(
-                turn.moving_references, (1,) * len(turn.moving), _slopes_now(turn, begun, values, h)
-            )
-        read_groups(slave, reading.groups, newest, texts)
-        if reading.slopes:
-            newest[outputs.derivatives] = slave.get_output_derivatives(
-                outputs.derivative_references, outputs.derivative_orders
-            )
-            values[outputs.derivatives] = newest[outputs.derivatives]
-    except CallFailed as error:
-        raise failed_step(error, t, h) from error
-    _refuse_not_finite(turn, slave, t, h, reading.groups, newest)
-    for group in reading.groups:
-        values[group.slots] = newest[group.slots]
-    if outputs.differences is not None:
-        outputs.differences.take(begun, newest, h)
-        values[outputs.differences.slope] = newest[outputs.differences.slope]
-
-
-def _slopes_now(turn: Turn, begun: FloatArray, values: FloatArray, h: float) -> FloatArray:
-    """Return the slopes of the moving inputs at a communication point: the sources', or those of the lines to it."""
-    inputs, at = turn.component.inputs, turn.moving
-    source = inputs.source[at]
-    line = (values[source] - begun[source]) / h
-    slope = np.where(turn.timing[at] == RAMP, line, _slope_or_none(values[inputs.slope[at]]))
-    return inputs.factor[at] * slope
 
 
 def failed_step(error: CallFailed, t: float, h: float) -> StepFailed:
@@ -160,9 +109,10 @@ def not_finite(turn: Turn, slave: Slave, t: float, h: float, slot: int, value: f
     return StepFailed(turn.component.name, "fmi2OK", t, h, None, tuple(slave.messages), variable, value)
 
 
-def _refuse_not_finite(
+def refuse_not_finite(
     turn: Turn, slave: Slave, t: float, h: float, groups: Sequence[Group], newest: FloatArray
 ) -> None:
+    """Raise the `StepFailed` of an output that is not finite and must be."""
     for group in groups:
         bad = np.flatnonzero(~np.isfinite(newest[group.finite]))
         if bad.size:

@@ -12,10 +12,11 @@ import numpy as np
 from cosim.arrays import BoolArray, IntArray
 from cosim.errors import WiringErrors
 from cosim.masters import rates
+from cosim.masters.algebraic_loop import Loop
 from cosim.masters.layout import ComponentLayout, Layout, Reading
 from cosim.masters.slopes import MOVING
 from cosim.system import graph
-from cosim.system.wiring import Wiring
+from cosim.system.wiring import Port, Wiring
 from cosim.time import Schedule
 
 TIMING_CODES = {
@@ -110,12 +111,17 @@ class Turn:
 
 @dataclass(frozen=True)
 class Turns:
-    """The turns of a communication step in their order, and the outputs that are then evaluated again."""
+    """The turns of a communication step in their order, and the outputs and loops that are then evaluated again."""
 
     layout: Layout
     schedule: Schedule
     all: tuple[Turn, ...]
-    refresh: tuple[Reading, ...]
+    refresh: tuple[Reading | Loop, ...]
+
+    @property
+    def loops(self) -> tuple[Loop, ...]:
+        """The algebraic loops among them."""
+        return tuple(part for part in self.refresh if isinstance(part, Loop))
 
     def turn_of(self, reading: Reading) -> int:
         """Return the place of the turn of a reading's component."""
@@ -126,13 +132,15 @@ class Turns:
     def of(cls, wiring: Wiring, layout: Layout, schedule: Schedule) -> "Turns":
         """Order the components of a wiring, by the timings of its links.
 
-        Raises `CyclicOrder`, and `WiringErrors` for rates that do not fit.
+        Raises `CyclicOrder`, and `WiringErrors` for rates that do not fit and algebraic loops that cannot be solved.
         """
-        if mistakes := rates.mistakes(wiring, schedule):
+        if mistakes := [*rates.mistakes(wiring, schedule), *graph.unsolved_loops(wiring)]:
             raise WiringErrors(wiring.system, mistakes)
-        again = graph.refresh_order(wiring).evaluations
-        readings = [reading for e in again for reading in layout.readings(wiring, e.outputs)]
-        return cls.ordered(wiring, layout, schedule, graph.stepping_order(wiring), rates.waiting(wiring), readings)
+        again: list[Reading | Loop] = []
+        for e in graph.refresh_order(wiring).evaluations:
+            readings = layout.readings(wiring, e.outputs)
+            again += [_loop(wiring, e.outputs, readings)] if e.loop else readings
+        return cls.ordered(wiring, layout, schedule, graph.stepping_order(wiring), rates.waiting(wiring), again)
 
     @classmethod
     def ordered(
@@ -142,7 +150,7 @@ class Turns:
         schedule: Schedule,
         order: Sequence[str],
         late: frozenset[str] = frozenset(),
-        refresh: Sequence[Reading] = (),
+        refresh: Sequence[Reading | Loop] = (),
     ) -> "Turns":
         """Return the turns in an order; `late`: who steps at the end of its period; `refresh`: what is read again."""
         by_name = {c.name: c for c in layout.components}
@@ -167,6 +175,11 @@ class Turns:
             )
 
         return cls(layout, schedule, tuple(turn(name) for name in order), tuple(refresh))
+
+
+def _loop(wiring: Wiring, outputs: Sequence[Port], readings: tuple[Reading, ...]) -> Loop:
+    declared = all(wiring.descriptions[port.component].declares(port.variable) for port in outputs)
+    return Loop(readings, graph.loop_path(wiring, outputs, initial=False), settles=not declared)
 
 
 def _input_derivatives(wiring: Wiring, component: ComponentLayout, layout: Layout) -> InputDerivatives:

@@ -1,11 +1,16 @@
-"""Who depends on whom, variable by variable: stepping order, initialization order, algebraic loops, refresh order."""
+"""Who depends on whom, variable by variable: stepping order, initialization order, algebraic loops, refresh order.
+
+A loop of direct feedthrough at a communication point is solved there where its outputs are Real and can be evaluated
+again without a step. Another one is refused where its FMUs declare the dependencies that close it; where they do not,
+it may be no loop at all, and is delayed.
+"""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TypeVar
 
-from cosim.errors import CyclicOrder
+from cosim.errors import AlgebraicLoop, CyclicOrder
 from cosim.system.wiring import Link, Port, Wiring
 
 Node = TypeVar("Node", Port, str)
@@ -122,13 +127,50 @@ def evaluation_order(wiring: Wiring) -> tuple[Evaluation, ...]:
     return _evaluations(wiring, Feedthrough(wiring, initial=False))
 
 
-def algebraic_loops(wiring: Wiring, *, initial: bool = False) -> list[list[str]]:
+def algebraic_loops(wiring: Wiring, *, initial: bool = False) -> list[tuple[str, ...]]:
     """Return each loop of direct feedthrough, as the text lines of `loop_path`."""
-    feedthrough = Feedthrough(wiring, initial=initial)
-    return [loop_path(wiring, e.outputs, initial=initial) for e in _evaluations(wiring, feedthrough) if e.loop]
+    loops = Feedthrough(wiring, initial=initial).loops()
+    return [loop_path(wiring, members, initial=initial) for members in loops]
 
 
-def loop_path(wiring: Wiring, outputs: Sequence[Port], *, initial: bool) -> list[str]:
+def solved_loops(wiring: Wiring) -> list[tuple[str, ...]]:
+    """Return each loop that is solved at communication points, likewise."""
+    loops = [e.outputs for e in refresh_order(wiring).evaluations if e.loop]
+    return [loop_path(wiring, outputs, initial=False) for outputs in loops]
+
+
+def unsolved_loops(wiring: Wiring) -> list[AlgebraicLoop]:
+    """Return what is wrong with each declared loop at communication points that cannot be solved there."""
+    found: list[AlgebraicLoop] = []
+    declared = Feedthrough(wiring, initial=False, declared=True)
+    for members in declared.loops():
+        fixed = [name for name in _components(members) if not wiring.descriptions[name].refresh]
+        other = declared.not_real(members)
+        if fixed:
+            problem = f"{' and '.join(fixed)} cannot be evaluated again without a step"
+        elif other:
+            problem = f"{other[0]} is of type {wiring.variable(other[0]).type}, which no solver can vary"
+        else:
+            continue
+        advice = "Put a component with a state into one of these connections."
+        if not other and all(_repeats(wiring, name) for name in _components(members)):
+            advice = f"Choose master=Iterated(). Or: {advice}"
+        path = loop_path(wiring, members, initial=False)
+        found.append(AlgebraicLoop(path, f"this algebraic loop cannot be solved, for {problem}", advice))
+    return found
+
+
+def _components(outputs: Iterable[Port]) -> list[str]:
+    return list(dict.fromkeys(port.component for port in outputs))
+
+
+def _repeats(wiring: Wiring, name: str) -> bool:
+    """Whether the iterated master can repeat steps of a component."""
+    description = wiring.descriptions[name]
+    return description.can_get_and_set_state and (description.refresh or description.can_interpolate_inputs)
+
+
+def loop_path(wiring: Wiring, outputs: Sequence[Port], *, initial: bool) -> tuple[str, ...]:
     """Return a way round a loop against the signal, output, input, source, ... ; first = last."""
     feedthrough = Feedthrough(wiring, initial=initial)
     path = cycle(outputs, feedthrough.before)
@@ -136,7 +178,7 @@ def loop_path(wiring: Wiring, outputs: Sequence[Port], *, initial: bool) -> list
     for output, source in pairwise(path):
         link = next(link for link in feedthrough.links(output) if link.source == source)
         words += [f"{link.target} (direct feedthrough)", str(source)]
-    return words
+    return tuple(words)
 
 
 def refresh_order(wiring: Wiring) -> Refresh:
@@ -144,38 +186,59 @@ def refresh_order(wiring: Wiring) -> Refresh:
 
     An output must if it follows directly from an input that ends a step with another value than its source has there:
     one that is held or extrapolated, or whose source was itself evaluated again. It can if its FMU carries the refresh
-    mark and the output is in no algebraic loop.
+    mark; the outputs of others stay what they were at the end of the step. What can and follows itself is a loop.
     """
     feedthrough = Feedthrough(wiring, initial=False)
+    around = {port: members for members in feedthrough.loops() for port in members}
     fresh: set[Port] = set()
     evaluations: list[Evaluation] = []
     delayed: list[Delayed] = []
-    for members in strong_components(feedthrough.outputs, feedthrough.before):
-        loop = feedthrough.is_loop(members)
-        for output in members:
-            stale = [k for k in feedthrough.links(output) if not k.ends_fresh or k.source in fresh]
-            if not stale:
-                continue
-            if loop or not wiring.descriptions[output.component].refresh:
-                reason = "algebraic loop" if loop else f"{output.component} does not say that it can be refreshed"
-                delayed += [Delayed(link, output, reason) for link in stale]
-            else:
-                fresh.add(output)
-                evaluations.append(Evaluation((output,)))
+
+    def can(output: Port) -> bool:
+        return wiring.descriptions[output.component].refresh
+
+    def before(output: Port) -> list[Port]:
+        return [source for source in feedthrough.before(output) if can(source) and can(output)]
+
+    for members in strong_components(feedthrough.outputs, before):
+        loop = len(members) > 1 or members[0] in before(members[0])
+        stale = [(k, o) for o in members for k in feedthrough.links(o) if not k.ends_fresh or k.source in fresh]
+        if not stale:
+            continue
+        if can(members[0]) and not (loop and feedthrough.not_real(members)):
+            fresh.update(members)
+            evaluations.append(Evaluation(tuple(members), loop))
+        else:
+            delayed += [Delayed(link, output, _reason(wiring, output, around.get(output))) for link, output in stale]
     return Refresh(_merged(evaluations), tuple(delayed))
 
 
-class Feedthrough:
-    """The graph output <- source output, by direct feedthrough and links, at a communication point or initially."""
+def _reason(wiring: Wiring, output: Port, loop: Sequence[Port] | None) -> str:
+    """Return why an output, in a `loop` or not, is delayed."""
+    if loop is None:
+        return f"{output.component} does not say that it can be refreshed"
+    silent = _components(port for port in loop if not wiring.descriptions[port.component].declares(port.variable))
+    doubt = f", if it is one: dependencies are not declared by {', '.join(silent)}" if silent else ""
+    return f"algebraic loop{doubt}"
 
-    def __init__(self, wiring: Wiring, *, initial: bool) -> None:
+
+class Feedthrough:
+    """The graph output <- source output, by direct feedthrough and links, at a communication point or initially.
+
+    `declared`: only what the FMUs say at communication points; else an output whose dependencies are not said follows
+    all inputs.
+    """
+
+    def __init__(self, wiring: Wiring, *, initial: bool, declared: bool = False) -> None:
+        self._wiring = wiring
         self.outputs = [Port(c, v.name) for c, i in wiring.descriptions.items() for v in i.outputs]
         into: Mapping[Port, Link] = {link.target: link for link in wiring.links}
         self._links: dict[Port, list[Link]] = {}
         for port in self.outputs:
             description = wiring.descriptions[port.component]
             depends = description.initial_feedthrough if initial else description.feedthrough
-            inputs = (Port(port.component, name) for name in depends(port.variable))
+            said = description.declares(port.variable) or not declared
+            inputs = (Port(port.component, name) for name in (depends(port.variable) if said else ()))
             self._links[port] = [into[i] for i in inputs if i in into]
 
     def links(self, output: Port) -> list[Link]:
@@ -189,6 +252,16 @@ class Feedthrough:
     def is_loop(self, members: Sequence[Port]) -> bool:
         """Whether a strong component is a loop, not a single output that stands alone."""
         return len(members) > 1 or members[0] in self.before(members[0])
+
+    def loops(self) -> list[list[Port]]:
+        """Return the outputs of each loop."""
+        return [members for members in strong_components(self.outputs, self.before) if self.is_loop(members)]
+
+    def not_real(self, members: Sequence[Port]) -> list[Port]:
+        """Return the outputs of a loop, and the inputs within it, that are not Real."""
+        inner = [link for output in members for link in self.links(output) if link.source in members]
+        ports = [*members, *(link.target for link in inner)]
+        return [port for port in ports if self._wiring.variable(port).type != "Real"]
 
 
 def _evaluations(wiring: Wiring, feedthrough: Feedthrough) -> tuple[Evaluation, ...]:

@@ -169,6 +169,10 @@ class ModelDescription:
         """Return the inputs, of any type, on which an output depends directly; all of them if the FMU does not say."""
         return () if output in self.step_means else self._inputs_among(self.dependencies.get(output))
 
+    def declares(self, output: str) -> bool:
+        """Whether the FMU says on which inputs an output depends directly."""
+        return output in self.step_means or self.dependencies.get(output) is not None
+
     def initial_feedthrough(self, output: str) -> tuple[str, ...]:
         """Return the inputs, of any type, on which an output depends in initialization mode."""
         if output in self.initial_unknowns:

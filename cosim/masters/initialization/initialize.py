@@ -1,7 +1,7 @@
 """Exact initialization, the same for every master.
 
 In initialization mode inputs are set and outputs read in the order of InitialUnknowns, again and again, until no bit
-changes. Algebraic loops are solved (algebraic_loop.py).
+changes. Algebraic loops are solved (masters/algebraic_loop.py).
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,9 +11,9 @@ import numpy as np
 
 from cosim.arrays import FloatArray
 from cosim.errors import AlgebraicLoop, CallFailed, InitializationFailed
+from cosim.masters.algebraic_loop import Loop, same_bits
 from cosim.masters.calls import Assignment, assign, assignments, read_groups
 from cosim.masters.initialization import slopes
-from cosim.masters.initialization.algebraic_loop import Loop, same_bits
 from cosim.masters.initialization.slopes import Asked
 from cosim.masters.initialization.values import Values
 from cosim.masters.layout import ComponentLayout, Layout, Reading
@@ -30,29 +30,23 @@ Settings = Mapping[str, Sequence[Assignment]]
 
 
 @dataclass(frozen=True)
-class Part:
-    """Outputs to be evaluated together: of one component, or with `loop` those of an algebraic loop and its text."""
-
-    readings: tuple[Reading, ...]
-    loop: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
 class Initialization:
     """What is set before initialization mode and at its start, and in which order outputs are evaluated in it."""
 
     layout: Layout
     settings: Settings
     held: Settings
-    parts: tuple[Part, ...]
+    parts: tuple[tuple[Reading, ...] | Loop, ...]
     slopes: tuple[Asked, ...] = ()
 
     @classmethod
     def of(cls, wiring: Wiring, layout: Layout) -> "Initialization":
         """Order the outputs of a wiring, its timings those that are flown."""
         evaluations = graph.initialization_order(wiring)
-        loops = [tuple(graph.loop_path(wiring, e.outputs, initial=True)) if e.loop else () for e in evaluations]
-        parts = [Part(layout.readings(wiring, e.outputs), loop) for e, loop in zip(evaluations, loops, strict=True)]
+        parts: list[tuple[Reading, ...] | Loop] = []
+        for e in evaluations:
+            readings = layout.readings(wiring, e.outputs)
+            parts.append(Loop(readings, graph.loop_path(wiring, e.outputs, initial=True)) if e.loop else readings)
         return cls(
             layout, _settings(wiring), _by_component(wiring, wiring.held), tuple(parts), slopes.asked(wiring, layout)
         )
@@ -100,7 +94,7 @@ class Initialization:
 
     def _settle(self, values: Values) -> None:
         """Sweep until no bit changes; n parts need at most n + 2 sweeps even where InitialUnknowns are wrong."""
-        parts = [Loop(values, p.readings, p.loop) if p.loop else Chain(values, p.readings) for p in self.parts]
+        parts = [Round(values, part) if isinstance(part, Loop) else Chain(values, part) for part in self.parts]
         before = values.values.copy()
         for _ in range(len(parts) + 3):
             before, known = values.values.copy(), values.known.copy()
@@ -174,3 +168,19 @@ class Chain:
         for reading in self.readings:
             self.values.set_inputs(reading.component)
             self.values.store(reading)
+
+
+class Round:
+    """Outputs of an algebraic loop."""
+
+    def __init__(self, values: Values, loop: Loop) -> None:
+        self.values, self.loop, self.solved = values, loop, False
+
+    def evaluate(self) -> None:
+        """Solve the loop, starting from the values known or the FMUs' start values; raises `AlgebraicLoop`."""
+        if not self.values.known[self.loop.slots].all():
+            for reading in self.loop.readings:
+                self.values.set_inputs(reading.component)
+                self.values.store(reading)
+        if not (self.solved and self.loop.fits(self.values)):
+            self.solved = self.loop.solve(self.values)

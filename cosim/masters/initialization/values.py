@@ -16,6 +16,7 @@ class Values:
 
     def __init__(self, layout: Layout, slaves: Mapping[str, Slave], point: Point, time: float) -> None:
         self.layout, self.texts, self.time = layout, point.texts, time
+        self.components = layout.components
         self.slaves = [slaves[c.name] for c in layout.components]
         self.values: FloatArray = point.values
         self.known = np.zeros(layout.size, dtype=np.bool_)
@@ -26,7 +27,7 @@ class Values:
 
         Raises `CallFailed`, `ValueRefused`.
         """
-        inputs = self.layout.components[place].inputs
+        inputs = self.components[place].inputs
         ready = self.known[inputs.source]
         given = inputs.factor * self.values[inputs.source] + inputs.addend
         refuse_values(inputs, given, self.time, ready)

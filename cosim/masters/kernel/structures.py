@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cosim.arrays import FloatArray
 from cosim.masters.implicit.plan import Loop, Plan
-from cosim.masters.layout import Group, Inputs
+from cosim.masters.layout import Group, Inputs, Reading
 from cosim.masters.slopes import Differences
 from cosim.masters.turns import Turn, Turns
 from cosim.masters.types import Kind
@@ -178,6 +178,7 @@ class Packed:
                 component=turns.turn_of(r), groups=len(r.groups), slopes=r.slopes, group=self._groups(r.groups)
             )
             for r in turns.refresh
+            if isinstance(r, Reading)  # turns with loops do not fly in it
         ]
         inputs = layout.inputs
         self.run = RunStructure(

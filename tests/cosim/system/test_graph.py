@@ -79,8 +79,14 @@ class TestRefresh:
         (path,) = refresh_order(wiring([Clock("c"), Gain("g", refresh=False)], "c.y g.u at_point")).delayed
         assert str(path) == "c.y -> g.u -> g.y: g does not say that it can be refreshed"
 
-    def test_delayed_in_a_loop(self):
+    def test_a_loop_is_one_evaluation(self):
         refresh = refresh_order(wiring([Gain("a"), Gain("b")], "a.y b.u after_step", "b.y a.u at_point"))
+        assert [(sorted(map(str, e.outputs)), e.loop) for e in refresh.evaluations] == [(["a.y", "b.y"], True)]
+        assert refresh.delayed == ()
+
+    def test_a_loop_is_delayed_without_the_mark(self):
+        slaves = [Gain("a", refresh=False), Gain("b", refresh=False)]
+        refresh = refresh_order(wiring(slaves, "a.y b.u after_step", "b.y a.u at_point"))
         assert refresh.evaluations == ()
         assert [str(d) for d in refresh.delayed] == ["b.y -> a.u -> a.y: algebraic loop"]
 
