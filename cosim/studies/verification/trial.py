@@ -88,7 +88,8 @@ def _ended(failure: SimulationError | None, info: Mapping[str, Any]) -> str:
     """Return how a flight ended, in a line."""
     if failure is not None:
         lines = str(failure).splitlines()
-        told = " ".join(map(str.strip, lines if isinstance(failure, WiringErrors) else lines[:1]))
+        whole = isinstance(failure, WiringErrors)  # whose first line only counts them
+        told = " ".join(map(str.strip, lines)) if whole else lines[0].partition(". ")[0]
         return f"{type(failure).__name__}: {told}"
     if event := info.get("event"):
         return f"ended by {event['variable']} at {event['time']:g} s"
