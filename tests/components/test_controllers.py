@@ -179,7 +179,7 @@ def test_error_dynamics_along_the_closed_loop(law, moment):
     h = 4e-3
     components = loop(law())
     _, states, y = monolithic(components, CONNECTIONS, moment, [0, *(moment + h * np.arange(-2, 3))], rtol=1e-11)
-    q, omega = states["plant.q_BN"][1:], states["plant.omega_BN_B"][3]
+    q, omega = states["plant.q_BN"][1:], y["plant.omega_BN_B"][3]
     s_dot, _ = fifth(y["controller.s"][1:], h)
     _, angles_ddot = fifth(Rotation.from_quat(q, scalar_first=True).as_euler("XYZ"), h)
     J = next(v.start for v in components["controller"].parameters if v.name == "J")
