@@ -240,7 +240,8 @@ def worst_after_holding(step: float, **values) -> float:
     empty, p = ca.DM(0, 1), {n: Point(parts[n]).p for n in parts}
 
     def inputs(t, x):
-        return ca.vertcat(x[:7], guidance(t, empty, empty, p["guidance"], empty, empty))
+        shown = plant.functions.outputs(t, x[: len(plant.x)], 0 * plant.u, plant.p, plant.c, empty)  # omega_BN_B first
+        return ca.vertcat(x[:4], shown[:3], guidance(t, empty, empty, p["guidance"], empty, empty))
 
     def advance(point, t, x, u):
         zero = ca.DM.zeros(u.shape)

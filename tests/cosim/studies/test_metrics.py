@@ -111,6 +111,42 @@ def test_torque():
     assert found["torque impulse (N.m.s)"] == pytest.approx([200 / np.pi, 50.0, 0.0], rel=1e-6)
 
 
+def test_the_torque_of_a_cluster_whose_momentum_the_plant_takes():
+    """It is added to what comes from outside; where the plant takes it as a torque it is in there already."""
+    outside, wheels = np.tile([1.0, 0.0, 0.0], (3, 1)), np.tile([0.0, 2.0, -3.0], (3, 1))
+    flight = run([0, 1, 2], plant__tau_B=outside, actuators__tau_B=wheels, actuators__h_B=wheels)
+    kinds = {"plant": {"role": "plant"}, "actuators": {"role": "actuators"}}
+    momentum = {"plant.h_B": {"source": "actuators.h_B", "timing": "ramp"}}
+    both = momentum | {"plant.tau_B": {"source": "actuators.tau_B", "timing": "step mean"}}
+    for connections, expected in ((momentum, [1, 2, 3]), (both, [1, 0, 0])):
+        flight.info = {"components": kinds, "connections": connections}
+        assert metrics.measure(flight)["peak torque (N.m)"] == expected
+    flight.info = {}  # columns alone: a torque that the plant was given is taken for all of it
+    assert metrics.measure(flight)["peak torque (N.m)"] == [1, 0, 0]
+    alone = run([0, 1, 2], plant__tau_B=0 * outside, actuators__tau_B=wheels, actuators__h_B=wheels)
+    assert metrics.measure(alone)["peak torque (N.m)"] == [0, 2, 3]
+
+
+def test_a_thruster_beside_wheels_is_from_outside():
+    """Both change: the wheels' momentum is inside, the thruster's impulse is no drift; as a step mean it is inside."""
+    time, zero = np.linspace(0, 10, 101), np.zeros((101, 3))
+    given = np.outer(np.sin(time), [0, 0, 1])
+    flight = run(
+        time,
+        plant__q_BN=np.tile(IDENTITY, (101, 1)),
+        plant__H_N=np.outer(1 - np.cos(time), [0, 0, 1]),
+        plant__tau_dist_B=zero,
+        plant__tau_B=given,
+        plant__h_B=np.outer(time, [1, 0, 0]),
+    )
+    drifts = []
+    for timing in ("midpoint", "step mean"):
+        flight.info = {"connections": {"plant.tau_B": {"source": "other.tau_B", "timing": timing}}}
+        drifts.append(metrics.measure(flight)["momentum drift (N.m.s)"])
+    assert drifts[0] < 0.1**4  # Simpson's rule: h^4
+    assert drifts[1] == pytest.approx(2.0, rel=1e-2)
+
+
 def test_the_command_stands_in_for_a_torque_that_was_not_recorded():
     assert metrics.measure(run([0, 1], controller__tau_command_B=[[1, 2, 3]] * 2))["peak torque (N.m)"] == [1, 2, 3]
 

@@ -50,7 +50,7 @@ def synthetic(settles=80.0, quiet=50.0, torque=0.2, raw=10.0, k=5.0, gain=0.1, t
         guidance__q_RN=turn.as_quat(scalar_first=True),
         guidance__omega_RN_R=np.tile([0, -system.ORBIT_RATE, 0], (len(time), 1)),
         plant__eta=1e-3 * falls[1] * np.cos(time)[:, None] * still,
-        plant__tau_B=torque * np.cos(time)[:, None] * still,
+        actuators__tau_B=torque * np.cos(time)[:, None] * still,
         controller__u=raw * still,
         controller__theta=theta,
         controller__z2=np.sqrt(np.maximum(gain**2 - theta**2, 0)),  # |y| = gain |d|, d = 1 rad/s^2
