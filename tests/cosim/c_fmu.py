@@ -3,7 +3,8 @@
     build(folder, "Adder", [real("u", "input"), real("y", depends="u")], outputs="y = u + 1;")
 
 In the pieces of code each variable goes by its name. `m->state` are 8 doubles, `m->whole` 8 whole numbers, `m->now` is
-the time. A String is an array of `TEXT` bytes.
+the time. A String is an array of `TEXT` bytes. Of Real variables by their numbers: `m->slope`, `m->second`, `m->third`
+are derivatives of inputs until they are set again, `m->slopes_out` those of outputs, the second ones from SIZE on.
 """
 
 import zipfile
@@ -52,7 +53,7 @@ C = r"""
 #include "fmi2Functions.h"
 enum { SIZE = 32, TEXT = 128 };
 typedef struct {
-    double real[SIZE], slope[SIZE], slopes_out[SIZE], state[8], now, last;
+    double real[SIZE], slope[SIZE], second[SIZE], third[SIZE], slopes_out[2 * SIZE], state[8], now, last;
     int number[SIZE], flag[SIZE];
     long long whole[8];
     char text[SIZE][TEXT];
@@ -90,15 +91,20 @@ fmi2Status fmi2GetInteger(fmi2Component c, VR, int value[]) { GET(int, number, g
 fmi2Status fmi2GetBoolean(fmi2Component c, VR, int value[]) { GET(int, flag, get) }
 fmi2Status fmi2GetString(fmi2Component c, VR, fmi2String value[]) { GET(fmi2String, text, get) }
 fmi2Status fmi2SetReal(fmi2Component c, VR, const double value[]) {
-    MEMORY; for (i = 0; i < n; i++) { m->real[v[i]] = value[i]; m->slope[v[i]] = 0; } return set(m); }
+    MEMORY;
+    for (i = 0; i < n; i++) {
+        m->real[v[i]] = value[i]; m->slope[v[i]] = m->second[v[i]] = m->third[v[i]] = 0; }
+    return set(m); }
 fmi2Status fmi2SetInteger(fmi2Component c, VR, const int value[]) { SET(number, set) }
 fmi2Status fmi2SetBoolean(fmi2Component c, VR, const int value[]) { SET(flag, set) }
 fmi2Status fmi2SetString(fmi2Component c, VR, const fmi2String value[]) {
     MEMORY; for (i = 0; i < n; i++) snprintf(m->text[v[i]], TEXT, "%s", value[i]); return set(m); }
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, VR, const int o[], const double value[]) {
-    SET(slope, set_slopes) }
+    MEMORY; for (i = 0; i < n; i++) (o[i] == 1 ? m->slope : o[i] == 2 ? m->second : m->third)[v[i]] = value[i];
+    return set_slopes(m); }
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, VR, const int o[], double value[]) {
-    GET(double, slopes_out, get_slopes) }
+    MEMORY; outputs(m); for (i = 0; i < n; i++) value[i] = m->slopes_out[v[i] + (size_t)(o[i] - 1) * SIZE];
+    return get_slopes(m); }
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *s) {
     MEMORY; (void)i; if (!*s) *s = malloc(sizeof *m); memcpy(*s, m, sizeof *m); return fmi2OK; }
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate s) {
@@ -139,14 +145,15 @@ def build(
     on_get_slopes: str = "",
     units: str = "",
     refresh: bool = True,
+    input_derivatives: int = 0,
     template: str = C,
     **capabilities: object,
 ) -> Path:
     """Write NAME.fmu into a folder.
 
     outputs: code before every get. step: code of fmi2DoStep, with `t` and `h`; it may return a status. initialized,
-    reset, on_set, on_get and those of slopes, of inputs and outputs: code that may return a status too. capabilities:
-    attributes of CoSimulation.
+    reset, on_set, on_get and those of slopes, of inputs and outputs: code that may return a status too.
+    input_derivatives: up to which order it says to take them. capabilities: attributes of CoSimulation.
     """
     references = _references(variables)
     names = "\n".join(f"#define {v.name} (m->{ARRAYS[v.type]}[{references[v.name]}])" for v in variables)
@@ -176,8 +183,10 @@ def build(
     headers = Path(fmpy.__file__).parent / "c-code"
     toolchain.compile_library(made, "fmu.c", library, include=(headers,))
     path = folder / f"{name}.fmu"
+    marks = {"refresh": "true" if refresh else "", "inputDerivatives": input_derivatives or ""}
+    mark = " ".join(f'{key}="{value}"' for key, value in marks.items() if value)
     with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("modelDescription.xml", _xml(name, variables, references, units, refresh, capabilities))
+        archive.writestr("modelDescription.xml", _xml(name, variables, references, units, mark, capabilities))
         archive.write(library, f"binaries/{fmpy.platform}/{library.name}")
     return path
 
@@ -197,7 +206,7 @@ def _start(v: Variable) -> str:
     return f"{v.name} = {int(v.start) if isinstance(v.start, bool) else v.start};"
 
 
-def _xml(name, variables, references, units, refresh, capabilities) -> str:
+def _xml(name, variables, references, units, mark, capabilities) -> str:
     place = {v.name: i for i, v in enumerate(variables, 1)}
     said = {
         "canHandleVariableCommunicationStepSize": True,
@@ -231,14 +240,14 @@ def _xml(name, variables, references, units, refresh, capabilities) -> str:
         if v.causality == "output"
     )
     listed = f"<Outputs>{unknowns}</Outputs><InitialUnknowns>{unknowns}</InitialUnknowns>"
-    mark = '<VendorAnnotations><Tool name="adcs-cosim"><Slave refresh="true"/></Tool></VendorAnnotations>'
+    marked = f'<VendorAnnotations><Tool name="adcs-cosim"><Slave {mark}/></Tool></VendorAnnotations>'
     return (
         '<?xml version="1.0" encoding="UTF-8"?>\n'
         f'<fmiModelDescription fmiVersion="2.0" modelName="{name}" guid="{{{name}}}" generationTool="by hand">\n'
         f'<CoSimulation modelIdentifier="{name}" {attributes}/>\n'
         + (f"<UnitDefinitions>{units}</UnitDefinitions>\n" if units else "")
         + (f"<TypeDefinitions>{types}</TypeDefinitions>\n" if types else "")
-        + (mark if refresh else "")
+        + (marked if mark else "")
         + f"<ModelVariables>\n{lines}</ModelVariables>\n"
         f"<ModelStructure>{unknowns and listed}</ModelStructure>\n"
         "</fmiModelDescription>\n"

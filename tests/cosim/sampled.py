@@ -25,3 +25,13 @@ class Total(Component):
 
     def outputs(self, t, x, u, p):
         return {"shown": x.total}
+
+
+class Follower(Component):
+    """y' = u."""
+
+    u = Input(unit="s", doc="what is integrated")
+    y = State(unit="s2", output=True, doc="its integral")
+
+    def derivatives(self, t, x, u, p):
+        return {"y": u.u}
