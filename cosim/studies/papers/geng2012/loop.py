@@ -99,8 +99,9 @@ def flight(
             **(others or {}),
         },
     )
-    # Centred: what observer and controller integrate is then of second order in the step.
-    master = Explicit()
+    # Largest error of the attitude over compensated's whole flight at 1 ms, to a flight at 1/8 ms: 4.3e-6 deg; with
+    # held inputs 4.1e-3.
+    master = Explicit(inputs="smooth", extrapolation=1)
     experiment = Experiment(
         start_time=start, stop_time=STOP_TIME, communication_step_size=1e-3, every=10, master=master
     )

@@ -220,7 +220,6 @@ def _flight(
         parameters=parameters | (changed or {}),
     )
     step = SAMPLE if limits else 2e-2 if gusts else 2e-3
-    # Not centred: the guidance would be half a step behind the plant when the controller takes the mean of both.
     experiment = Experiment(
         stop_time=SPECTRUM_TIME if gusts else CAGE_TIME if limits else STOP_TIME,
         communication_step_size=step,
