@@ -94,6 +94,8 @@ class CallFailed(SimulationError):
     messages: Sequence[str] = ()
     last_successful_time: float | None = None
     terminated: bool = False
+    waited: float | None = None
+    """How long was waited for a step that stayed in fmi2Pending, s."""
 
     def __str__(self) -> str:
         """Component, function, status, the FMU's own words."""
@@ -129,8 +131,15 @@ class StepFailed(SimulationError):
     """Whether the FMU asked for the end of the run (fmi2Discard with fmi2Terminated), which is no failure."""
     culprits: Sequence[str] = ()
     """Who made the value grow, in words, where it is another than `component`."""
+    waited: float | None = None
+    """How long was waited for a step that stayed in fmi2Pending, s."""
     remedy: str = ""
     """Which exchange diverged and at which step the same flight passes, in words, where trials tell."""
+
+    @property
+    def is_final(self) -> bool:
+        """Whether the FMU takes no other step after this one, not even from an earlier state."""
+        return self.status in ("fmi2Fatal", "fmi2Pending")
 
     @property
     def grown(self) -> bool:
@@ -144,6 +153,12 @@ class StepFailed(SimulationError):
         words = quoted([*self.messages, *(advice if self.grown else [])])
         if self.variable is not None:
             return f"{self.component}.{self.variable} became {self.value} in the step from {where}{words}"
+        if self.waited is not None:
+            return (
+                f"{self.component} was still in its step (fmi2DoStep returned fmi2Pending) after {self.waited:.12g} s "
+                f"of waiting, at {where}; it was told to cancel it (fmi2CancelStep). Give it more time: "
+                f"pending_timeout=..., --pending-timeout SECONDS{words}"
+            )
         last = self.last_successful_time
         reached = f" (last successful time {last:.12g} s)" if last is not None else ""
         return f"{self.component} returned {self.status} at {where}{reached}{words}"

@@ -27,6 +27,7 @@ from cosim.results.result import Judge, Result
 from cosim.slaves import crew as crews
 from cosim.slaves.crew import Crew, Crews
 from cosim.slaves.fmi2 import FmuSlave
+from cosim.slaves.pending import Patience
 from cosim.slaves.slave import Slave
 from cosim.system.expand import rewire, wire
 from cosim.system.overrides import with_parameters
@@ -198,6 +199,7 @@ class Prepared:
         if folder is not None and not overwrite:
             story.refuse_existing(folder)
         experiment = experiment if record is None else replace(experiment, record=record)
+        patience = Patience(experiment.pending_timeout)
         plan = self._plan(experiment, parameters, tuple(experiment.record))
         for line in plan.info["warnings"]:
             _warn(line)
@@ -217,7 +219,7 @@ class Prepared:
                 if folder is not None:  # a third of the cost of a short flight that is not kept
                     info["values"] = plan.effective.read(crew, plan.wiring.settings)
                 with story.told(folder, info) as tale:
-                    flight = _Flight(plan.course, crew, point, folder, progress, info)
+                    flight = _Flight(plan.course, crew, point, folder, progress, info, patience)
                     flight.fly(tale.problem)
                     refused = crews.end(crew, getattr(flight.failure, "component", None))
                     result, failure = self._result(plan, flight, folder, format)
@@ -324,7 +326,9 @@ class _Flight:
         folder: Path | None,
         progress: Progress | None,
         info: Mapping[str, Any],
+        patience: Patience,
     ) -> None:
+        self.patience = patience
         self.course, self.crew, self.point = course, crew, point
         self.folder, self.progress, self.info = folder, progress, info
         schedule = course.schedule
@@ -346,7 +350,9 @@ class _Flight:
             if problem is not None:
                 raise problem
             with self.recorder as recorder:
-                watch = Watch(self.course.layout, schedule, recorder.block)
+                watch = Watch(self.course.layout, schedule, recorder.block, self.patience.stop)
+                for slave in self.crew.values():
+                    slave.patience = self.patience
                 algorithm, self.flown = self.course.algorithm(self.crew, watch)
                 _tell(self.flown)
                 with interruptible(watch.stop, self._last_words) as self.asked:

@@ -153,6 +153,10 @@ def run(
     announce_stop_time: Annotated[
         bool, typer.Option("--announce-stop-time", help="Tell the FMUs the stop time, for one that needs it.")
     ] = False,
+    pending_timeout: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="How long a step may go on after fmi2DoStep has returned fmi2Pending."),
+    ] = None,
     backend: Backend = "native",
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="Folder for the result. Default: results/SYSTEM.")
@@ -202,6 +206,7 @@ def run(
             tolerance,
             announce_stop_time,
             master_tolerance,
+            pending_timeout,
         )
         folder = out if out is not None else Path("results") / system.name
         with console.progress(system.name) as progress:

@@ -108,6 +108,7 @@ def with_experiment(
     tolerance: float | None = None,
     announce_stop_time: bool = False,
     master_tolerance: float | None = None,
+    pending_timeout: float | None = None,
 ) -> Experiment:
     """Return the experiment with what the command line says instead; step and stop as in "1ms" or "200"."""
     changes: dict[str, Any] = {}
@@ -119,6 +120,8 @@ def with_experiment(
         changes["every"] = every
     if tolerance is not None:
         changes["tolerance"] = tolerance
+    if pending_timeout is not None:
+        changes["pending_timeout"] = pending_timeout
     if announce_stop_time:
         changes["announce_stop_time"] = True
     if any(option is not None for option in (master, inputs, extrapolation, master_tolerance)):

@@ -16,6 +16,7 @@ from fmpy.fmi1 import FMICallException
 from cosim.arrays import FloatArray
 from cosim.errors import CallFailed, FmuError, status_name
 from cosim.slaves import breadcrumb
+from cosim.slaves.pending import STOP_IS_ASKED, TIME_IS_UP, Patience
 from cosim.slaves.shelf import SHELF
 from cosim.slaves.slave import CInterface, References, Refusal, Warned, note_warnings
 from fmus.description.description import ModelDescription
@@ -96,6 +97,7 @@ class FmuSlave:
         except Exception as error:  # whatever a file that is no library, or lacks functions, leads to
             raise FmuError(path, f"its binary cannot be loaded: {error}") from error
         self.warned = self._fmu.warned
+        self.patience = Patience()
         self._key = SHELF.listen(self)
         self._alive = False
         self._buffers: dict[References, tuple[Any, FloatArray, Any]] = {}
@@ -171,7 +173,30 @@ class FmuSlave:
 
     def do_step(self, t: float, h: float) -> None:
         """fmi2DoStep."""
-        self._call(self._fmu.fmi2DoStep, self._fmu.component, t, h, fmi2.fmi2True)
+        try:
+            self._fmu.fmi2DoStep(self._fmu.component, t, h, fmi2.fmi2True)
+        except FMICallException as error:
+            if error.status != fmi2.fmi2Pending:
+                raise self._failure(error) from None
+            self._wait()
+
+    def _wait(self) -> None:
+        """Wait until a step that is pending is done."""
+        status, why = self.patience.wait(self._step_status, fmi2.fmi2Pending)
+        if status == fmi2.fmi2Warning:
+            note_warnings(self.warned, "fmi2DoStep", 1, breadcrumb.here().time)
+        elif status != fmi2.fmi2OK:
+            failure = self._failure(FMICallException(function="fmi2DoStep", status=status))
+            if why == STOP_IS_ASKED:
+                raise KeyboardInterrupt
+            failure.waited = self.patience.timeout if why == TIME_IS_UP else None
+            raise failure
+
+    def _step_status(self) -> int | None:
+        """Return the status of the step that is pending, None where the FMU does not tell it."""
+        status = ctypes.c_int(fmi2.fmi2Pending)
+        question = self._fmu.component, fmi2.fmi2DoStepStatus, ctypes.byref(status)
+        return status.value if self._asked(self._fmu.fmi2GetStatus, *question) == fmi2.fmi2OK else None
 
     def get_state(self) -> Any:
         """fmi2GetFMUstate."""
@@ -230,6 +255,8 @@ class FmuSlave:
         """Note a call that failed; return what the FMU says of it where it discarded the call."""
         if status == fmi2.fmi2Fatal:
             self._alive = False  # FMI: no further call, not even fmi2FreeInstance
+        if status == fmi2.fmi2Pending and self._asked(self._fmu.fmi2CancelStep, self._fmu.component) is None:
+            self._alive = False  # it still steps, and FMI allows no other call then
         if status != fmi2.fmi2Discard:
             return Refusal()
         return Refusal(
@@ -238,9 +265,9 @@ class FmuSlave:
         )
 
     @staticmethod
-    def _asked(function: Callable[[Any], Any], kind: Any) -> Any:
+    def _asked(function: Callable[..., Any], *arguments: Any) -> Any:
         try:
-            return function(kind)
+            return function(*arguments)
         except FMICallException:
             return None
 
@@ -271,10 +298,14 @@ class FmuSlave:
         try:
             return function(*arguments)
         except FMICallException as error:
-            said = self.failed(error.status)
-            status, messages = status_name(error.status), tuple(self.messages)
-            told = said.last_successful_time, said.terminated
-            raise CallFailed(self.name, error.function, status, messages, *told) from None
+            raise self._failure(error) from None
+
+    def _failure(self, error: FMICallException) -> CallFailed:
+        said = self.failed(error.status)
+        status, messages = status_name(error.status), tuple(self.messages)
+        return CallFailed(
+            self.name, error.function, status, messages, said.last_successful_time, terminated=said.terminated
+        )
 
 
 def _address(function: Any) -> int:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from cosim.arrays import FloatArray
+from cosim.slaves.pending import Patience
 from fmus.description.description import ModelDescription
 
 References = tuple[int, ...]
@@ -40,6 +41,9 @@ class Slave(Protocol):
 
     Arrays and sequences have a value for each value reference. `t` and `h` in s.
     """
+
+    patience: Patience
+    """How long a step may stay in fmi2Pending; a flight sets its own."""
 
     @property
     def name(self) -> str:
@@ -118,7 +122,7 @@ class Slave(Protocol):
         ...
 
     def do_step(self, t: float, h: float) -> None:
-        """Step from t to t + h."""
+        """Step from t to t + h; a step that is pending is waited for, `KeyboardInterrupt` where the run is to stop."""
         ...
 
     def get_state(self) -> Any:

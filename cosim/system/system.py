@@ -116,6 +116,8 @@ class Experiment:
     `tolerance`: the relative tolerance that FMUs are told; None: each its own of its DefaultExperiment.
     `announce_stop_time`: whether they are told the stop time, for an FMU that needs it; some step to it at once then.
 
+    `pending_timeout`: how long a step may go on after fmi2DoStep has returned fmi2Pending, seconds of wall time.
+
     `stop_when`: a flag of a component, "plant.cage_contact": where it is there, the run ends at the first communication
     point at which the flag is above 0.5. That is a result, no failure; run.json has it as its `event`.
     """
@@ -129,6 +131,7 @@ class Experiment:
     stop_when: str = ""
     tolerance: float | None = None
     announce_stop_time: bool = False
+    pending_timeout: float = 60.0
 
     def __post_init__(self) -> None:
         """Make the patterns a tuple; a text is one pattern."""

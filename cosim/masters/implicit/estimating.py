@@ -90,7 +90,7 @@ class Estimating:
                 outcome = self._solve(point, until, t, end, saved)
             except StepFailed as failure:
                 blame(failure, self._named)
-                if failure.status == "fmi2Fatal":
+                if failure.is_final:
                     raise
                 saved.restore()
                 return Outcome(point, None, self._evaluations - before, failure)

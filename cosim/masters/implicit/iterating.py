@@ -64,7 +64,7 @@ class Iterating:
             except StepFailed as failure:
                 if isinstance(failure, NotConverged):
                     failure.halvings = halvings
-                if failure.status == "fmi2Fatal" or not self.plan.loops or halvings == HALVINGS:
+                if failure.is_final or not self.plan.loops or halvings == HALVINGS:
                     raise
                 if obstacle := self._cannot_halve(saved):
                     if isinstance(failure, NotConverged):

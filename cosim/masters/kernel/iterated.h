@@ -181,7 +181,7 @@ static int iterated_step(Run *r, integer k, double t, double h)
         swap = r->memory, r->memory = r->memory_next, r->memory_next = swap;
         return 0;
     }
-    if (r->failed_call != CALL_NONE && r->failed_status == FATAL) return 1;
+    if (r->failed_call != CALL_NONE && (r->failed_status == FATAL || r->failed_status == PENDING)) return 1;
     r->failed_call = CALL_NONE;
     for (i = 0; i < r->components; i++)
         if (restore_state(r, i)) return 1;

@@ -59,6 +59,8 @@ static int returned_not_ok(Run *r, int status)
 /* Whether the call that was made ends the run. */
 static int returned(Run *r, int status) { return status == OK ? 0 : returned_not_ok(r, status); }
 
+#include "pending.h"
+
 /* Set the inputs of a component to c->value, at the start of its step or `at_end`. */
 static int set_values(Run *r, integer place, int at_end)
 {
@@ -220,13 +222,15 @@ static int take_turn(Run *r, integer place, integer k, double t, double h)
 {
     Component *c = &r->component[place];
     integer g;
+    int status;
     if (c->period != 1) {
         t = point_time(r, period_start(c, k));
         h = point_time(r, period_end(r, c, k)) - t;
     }
     if (set_inputs(r, place, k, h)) return 1;
     calling(r, place, CALL_STEP, REAL);
-    if (returned(r, c->do_step(c->instance, t, h, !r->stages))) return 1;
+    status = c->do_step(c->instance, t, h, !r->stages);
+    if (status == PENDING ? wait_for_step(r, place) : returned(r, status)) return 1;
     if (r->stages && c->halfway && set_ends(r, place, k, h)) return 1;
     for (g = 0; g < c->output_groups; g++)
         if (get_values(r, place, &c->output_group[g])) return 1;

@@ -12,7 +12,7 @@ from cosim.masters.calls import refusal
 from cosim.masters.culprit import blame
 from cosim.masters.implicit.plan import Plan
 from cosim.masters.kernel.library import library
-from cosim.masters.kernel.structures import CALLS, MEMORY, NOT_FINITE, REFUSED, Packed
+from cosim.masters.kernel.structures import CALLS, MEMORY, NOT_FINITE, REFUSED, STEP, Packed
 from cosim.masters.master import Outcome
 from cosim.masters.point import Point
 from cosim.masters.steps import failed_step, not_finite
@@ -20,6 +20,7 @@ from cosim.masters.turns import Turns
 from cosim.masters.types import Kind, Texts
 from cosim.masters.watch import LOOK, Watch
 from cosim.slaves import breadcrumb
+from cosim.slaves.pending import STOP_IS_ASKED, TIME_IS_UP
 from cosim.slaves.slave import CInterface, Slave, note_warnings
 
 _kept: "WeakKeyDictionary[Slave, tuple[Turns, list[int], Packed]]" = WeakKeyDictionary()
@@ -70,7 +71,8 @@ class Kernel:
         run = self._packed.run
         run.texts, run.stop_asked = self._texts, ctypes.addressof(watch.stop)
         run.tolerance = tolerance
-        self._failure: SimulationError | None = None
+        run.pending_timeout = self.slaves[0].patience.timeout if self.slaves else 0.0
+        self._failure: SimulationError | KeyboardInterrupt | None = None
 
     def advance(self, point: Point, until: int) -> Outcome:
         """Go towards `until` and write rows; see `Algorithm`. Raises `StepFailed`, `ValueRefused`."""
@@ -159,7 +161,7 @@ class Kernel:
             note_warnings(self.slaves[turn].warned, function, count, self.turns.schedule.time(first))
         warned[:] = 0
 
-    def _told(self) -> SimulationError:
+    def _told(self) -> SimulationError | KeyboardInterrupt:
         """Return what the Python loop would raise for the call that failed."""
         run, schedule = self._packed.run, self.turns.schedule
         turn, slave = self.turns.all[run.failed_component], self.slaves[run.failed_component]
@@ -174,6 +176,9 @@ class Kernel:
             return refusal(turn.component.inputs, run.failed_slot, given, t + h if run.failed_kind else t)
         function = _function(run.failed_call, run.failed_kind)
         said = slave.failed(run.failed_status)
+        if run.failed_call == STEP and run.failed_slot == STOP_IS_ASKED:
+            return KeyboardInterrupt()
+        waited = slave.patience.timeout if run.failed_call == STEP and run.failed_slot == TIME_IS_UP else None
         status, messages = status_name(run.failed_status), tuple(slave.messages)
         told = said.last_successful_time, said.terminated
-        return failed_step(CallFailed(turn.component.name, function, status, messages, *told), t, h)
+        return failed_step(CallFailed(turn.component.name, function, status, messages, *told, waited), t, h)

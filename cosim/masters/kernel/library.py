@@ -22,7 +22,17 @@ from fmus.toolchain import compile_library
 
 SOURCES = tuple(
     Path(__file__).with_name(name)
-    for name in ("kernel.c", "structures.h", "texts.h", "points.h", "curves.h", "ends.h", "iterated.h", "crash.h")
+    for name in (
+        "kernel.c",
+        "structures.h",
+        "texts.h",
+        "points.h",
+        "curves.h",
+        "pending.h",
+        "ends.h",
+        "iterated.h",
+        "crash.h",
+    )
 )
 
 KERNEL = ("auto", "never", "always")

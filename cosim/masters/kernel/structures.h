@@ -12,6 +12,7 @@ typedef int (*GetString)(void *, const unsigned *, size_t, const char **);
 typedef int (*SetDerivatives)(void *, const unsigned *, size_t, const int *, const double *);
 typedef int (*GetDerivatives)(void *, const unsigned *, size_t, const int *, double *);
 typedef int (*DoStep)(void *, double, double, int);
+typedef int (*GetStatus)(void *, int, int *);
 typedef int (*GetState)(void *, void **);
 typedef int (*SetState)(void *, void *);
 
@@ -79,6 +80,7 @@ typedef struct {
     SetDerivatives set_derivatives;
     GetDerivatives get_derivatives;
     DoStep do_step;
+    GetStatus get_status;
     GetState get_state;
     SetState set_state;
     GetState free_state;
@@ -152,6 +154,7 @@ typedef struct {
     integer stop_slot; /* the flag that ends the run where it is above FLAG, -1: none */
     const volatile int *stop_asked; /* not 0: return after the step that is running */
     Texts *texts;
+    double pending_timeout; /* s */
     /* of the iterated master: its stages, a turn or -1 - loop */
     integer stages;
     const integer *stage;
@@ -187,7 +190,7 @@ static const integer layout[] = {
     (integer)sizeof(Component), F(Component, name), F(Component, warned), F(Component, instance), F(Component, set_real), F(Component, get_real),
     F(Component, set_integer), F(Component, get_integer), F(Component, set_boolean), F(Component, get_boolean),
     F(Component, set_string), F(Component, get_string), F(Component, set_derivatives),
-    F(Component, get_derivatives), F(Component, do_step), F(Component, get_state), F(Component, set_state),
+    F(Component, get_derivatives), F(Component, do_step), F(Component, get_status), F(Component, get_state), F(Component, set_state),
     F(Component, free_state), F(Component, state), F(Component, period), F(Component, at_end), F(Component, in_step),
     F(Component, inputs), F(Component, input_groups), F(Component, only_real), F(Component, input_group), F(Component, source),
     F(Component, slope_slot), F(Component, timing), F(Component, ahead), F(Component, source_component), F(Component, factor),
@@ -208,7 +211,7 @@ static const integer layout[] = {
     F(Run, steps), F(Run, components), F(Run, component), F(Run, refreshes), F(Run, refresh), F(Run, size),
     F(Run, point), F(Run, newest), F(Run, next), F(Run, all_step), F(Run, inputs), F(Run, input_slot),
     F(Run, input_source), F(Run, input_factor), F(Run, input_addend), F(Run, columns), F(Run, column_slot),
-    F(Run, stop_slot), F(Run, stop_asked), F(Run, texts), F(Run, stages), F(Run, stage), F(Run, loop), F(Run, tolerance),
+    F(Run, stop_slot), F(Run, stop_asked), F(Run, texts), F(Run, pending_timeout), F(Run, stages), F(Run, stage), F(Run, loop), F(Run, tolerance),
     F(Run, memory_size), F(Run, memory), F(Run, memory_next), F(Run, evaluations), F(Run, stuck), F(Run, done), F(Run, last_row), F(Run, calling), F(Run, failed_call),
     F(Run, failed_component), F(Run, failed_status), F(Run, failed_slot), F(Run, failed_kind),
     (integer)sizeof(Breadcrumb), F(Breadcrumb, thread), F(Breadcrumb, process), F(Breadcrumb, instance),

@@ -27,6 +27,7 @@ CALLS = {
 }
 """What failed by its number in structures.h, where a call of the FMU did."""
 
+STEP = 3
 NOT_FINITE, REFUSED, MEMORY = 8, 9, 10
 
 FUNCTIONS = {
@@ -41,6 +42,7 @@ FUNCTIONS = {
     "set_derivatives": "fmi2SetRealInputDerivatives",
     "get_derivatives": "fmi2GetRealOutputDerivatives",
     "do_step": "fmi2DoStep",
+    "get_status": "fmi2GetStatus",
     "get_state": "fmi2GetFMUstate",
     "set_state": "fmi2SetFMUstate",
     "free_state": "fmi2FreeFMUstate",
@@ -126,6 +128,7 @@ class RunStructure(ctypes.Structure):
         *_pointers("column_slot"),
         *_integers("stop_slot"),
         *_pointers("stop_asked", "texts"),
+        ("pending_timeout", ctypes.c_double),
         *_integers("stages"),
         *_pointers("stage", "loop"),
         ("tolerance", ctypes.c_double),
