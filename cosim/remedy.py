@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from cosim.errors import SimulationError, StepFailed
+from cosim.masters.error_controlled import ErrorControlled
 from cosim.masters.exchange import name_of
 from cosim.masters.explicit import Explicit
 from cosim.masters.iterated import Iterated
@@ -58,9 +59,9 @@ class _OutOfTime(Exception):
 def advise(failure: StepFailed, experiment: Experiment, master: MasterSettings, fly: Fly) -> None:
     """Say in a failure which exchange diverged and which step passes, where trials tell.
 
-    Nothing is said where a unit is to blame, or where no trial can be flown.
+    Nothing is said where a unit is to blame, where no trial can be flown, or where steps are not the experiment's.
     """
-    if failure.grown and not failure.culprits:
+    if failure.grown and not failure.culprits and not isinstance(master, ErrorControlled):
         start = exact_seconds(experiment.start_time, "start_time")
         stop = exact_seconds(experiment.stop_time, "stop_time")
         step = exact_seconds(experiment.communication_step_size, "communication_step_size")

@@ -10,7 +10,20 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from cosim.cli import console, verifying
-from cosim.cli.options import Backend, Extrapolation, Force, Inputs, Master, Params, Set, Step, Stop, Use, reported
+from cosim.cli.options import (
+    Backend,
+    Extrapolation,
+    Force,
+    Inputs,
+    Master,
+    Params,
+    Relative,
+    Set,
+    Step,
+    Stop,
+    Use,
+    reported,
+)
 from cosim.errors import ResultUnwritable, SimulationError
 from cosim.results.names import FORMATS
 from fmus.toolchain import SUFFIXES as PLATFORMS
@@ -130,6 +143,7 @@ def run(
     master: Master = None,
     inputs: Inputs = None,
     extrapolation: Extrapolation = None,
+    relative: Relative = None,
     hold_unconnected: Annotated[
         bool, typer.Option("--hold-unconnected", help="Hold inputs that nothing is connected to at their start values.")
     ] = False,
@@ -178,7 +192,7 @@ def run(
             system = with_parameters(system, overrides.parameter_file(file))
         system = with_parameters(system, overrides.assignments(set_ or []))
         experiment = overrides.with_experiment(
-            experiment, step, stop, every, master, inputs, extrapolation, tolerance, announce_stop_time
+            experiment, step, stop, every, master, inputs, extrapolation, tolerance, announce_stop_time, relative
         )
         folder = out if out is not None else Path("results") / system.name
         with console.progress(system.name) as progress:
@@ -199,7 +213,7 @@ def run(
                 if error.result is None:
                     raise
                 failure, result = error, error.result
-        changed = (set_, params, step, every, master, inputs, extrapolation, tolerance)
+        changed = (set_, params, step, every, master, inputs, extrapolation, tolerance, relative)
         if system.hold_unconnected:
             console.write_held(result, system.held)
         try:

@@ -18,7 +18,8 @@ Master = Annotated[
     str | None,
     typer.Option(
         help="explicit (timings as the system declares them), jacobi (all at_point) or gauss_seidel (after_step where "
-        "the source is declared before the target). Default: the experiment's own."
+        "the source is declared before the target); iterated (steps repeated until both ends agree); error-controlled "
+        "(iterated steps as long as --relative allows). Default: the experiment's own."
     ),
 ]
 Use = Annotated[
@@ -43,6 +44,13 @@ Inputs = Annotated[
 ]
 Extrapolation = Annotated[
     int | None, typer.Option(help="Order to which at_point inputs follow their sources' derivatives: 0, 1 or 2.")
+]
+Relative = Annotated[
+    float | None,
+    typer.Option(
+        metavar="NUMBER",
+        help="Of the error-controlled master: the error of a step that is allowed, of each exchanged value's size.",
+    ),
 ]
 Force = Annotated[bool, typer.Option("--force", help="Replace a result that is already there.")]
 

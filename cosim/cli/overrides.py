@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from cosim.errors import NotSupported, ParameterError, UnknownName
+from cosim.masters.error_controlled import ErrorControlled
 from cosim.masters.explicit import Explicit
+from cosim.masters.iterated import Iterated
 from cosim.quantity import advice_on_numbers
 from cosim.system import Experiment, System, Value
 from cosim.system.swap import SwapReport, replace
@@ -107,6 +109,7 @@ def with_experiment(
     extrapolation: int | None = None,
     tolerance: float | None = None,
     announce_stop_time: bool = False,
+    relative: float | None = None,
 ) -> Experiment:
     """Return the experiment with what the command line says instead; step and stop as in "1ms" or "200"."""
     changes: dict[str, Any] = {}
@@ -120,8 +123,9 @@ def with_experiment(
         changes["tolerance"] = tolerance
     if announce_stop_time:
         changes["announce_stop_time"] = True
-    if any(option is not None for option in (master, inputs, extrapolation)):
-        changes["master"] = _master(experiment.master, master, inputs=inputs, extrapolation=extrapolation)
+    options = {"inputs": inputs, "extrapolation": extrapolation, "relative": relative}
+    if master is not None or any(value is not None for value in options.values()):
+        changes["master"] = _master(experiment.master, master, options)
     return changed(experiment, **changes)
 
 
@@ -129,11 +133,13 @@ MASTERS: dict[str, Callable[[Any], Any]] = {
     "explicit": lambda own: changed(own, preset="declared") if isinstance(own, Explicit) else Explicit(),
     "jacobi": lambda _: Explicit("jacobi"),
     "gauss_seidel": lambda _: Explicit("gauss_seidel"),
+    "iterated": lambda own: own if isinstance(own, Iterated) else Iterated(),
+    "error-controlled": lambda own: own if isinstance(own, ErrorControlled) else ErrorControlled(),
 }
 """Name -> the master, of the experiment's own one; one of another name than that is plain."""
 
 
-def _master(own: Any, name: str | None, **options: Any) -> Any:
+def _master(own: Any, name: str | None, options: Mapping[str, Any]) -> Any:
     """Return the experiment's own master, or that of a name, with the settings that options give (None: not given)."""
     if name is not None and name not in MASTERS:
         raise UnknownName("master", name, "--master", list(MASTERS))
@@ -141,5 +147,6 @@ def _master(own: Any, name: str | None, **options: Any) -> Any:
     given = {option: value for option, value in options.items() if value is not None}
     for option in given:
         if not hasattr(master, option):
-            raise NotSupported(f"{type(master).__name__} has no setting {option}", "Choose --master explicit.")
+            able = next(other for other, make in MASTERS.items() if hasattr(make(None), option))
+            raise NotSupported(f"{type(master).__name__} has no setting {option}", f"Choose --master {able}.")
     return changed(master, **given)

@@ -12,6 +12,7 @@ from typing import Any
 
 from cosim.errors import NotSupported
 from cosim.flights import Locate, Prepared, Progress, prepare
+from cosim.masters.error_controlled import ErrorControlled
 from cosim.masters.exchange import name_of
 from cosim.masters.explicit import Explicit
 from cosim.results.folder import finite, make_folder, write_text
@@ -88,6 +89,9 @@ def verify(
     """
     if search is not None and not search > 0:
         raise NotSupported(f"a search of {search:g} s", "Give it some time: search=60.0, --limit-time 60s.")
+    if isinstance(experiment.master, ErrorControlled):
+        what = "verification at finer steps of a flight whose steps follow a tolerance (ErrorControlled)"
+        raise NotSupported(what, "Choose --master iterated, or compare two tolerances (--relative).")
     with nullcontext(system) if isinstance(system, Prepared) else prepare(system, locate) as prepared:
         names = compared(prepared.wiring)
         setup = replace(experiment, record=names)

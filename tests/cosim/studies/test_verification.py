@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from cosim import prepare
+from cosim import load, prepare
 from cosim.errors import NotSupported, UnknownName
+from cosim.masters.error_controlled import ErrorControlled
 from cosim.masters.explicit import Explicit
 from cosim.masters.iterated import Iterated
 from cosim.studies.verification import FILE, verify
@@ -264,3 +265,9 @@ def test_a_plant_is_what_is_compared():
     names = [v.variable for v in found.variables]
     assert names[0] == "plant.q_BN" and found.variables[0].unit == "deg"
     assert {n.split(".")[0] for n in names} == {"plant"}
+
+
+def test_steps_that_follow_a_tolerance_are_refused():
+    system, experiment = load("zhang2018-ppatc")
+    with pytest.raises(NotSupported, match=r"^verification at finer steps of a flight whose steps follow a tolerance"):
+        verify(system, replace(experiment, master=ErrorControlled()))
