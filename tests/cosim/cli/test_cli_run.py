@@ -99,6 +99,24 @@ class TestExperiment:
         info = run(*arguments)[1].info["master"]
         assert (info["preset"], info["inputs"], info["extrapolation"]) == master
 
+    @pytest.mark.parametrize(
+        ("arguments", "name", "settings"),
+        [
+            (["--master", "iterated"], "Iterated", {"inputs": "smooth"}),
+            (["--master", "iterated", "--inputs", "ramp"], "Iterated", {"inputs": "ramp"}),
+            (["--master", "error-controlled", "--master-tolerance", "1e-4"], "ErrorControlled", {"relative": 1e-4}),
+        ],
+    )
+    def test_masters_that_repeat_steps(self, run, arguments, name, settings):
+        info = run(*arguments)[1].info
+        assert info["master"].items() >= {"name": name, **settings}.items()
+        assert info["loop"]["evaluations"] > 0
+
+    def test_options_of_another_master(self, adcs):
+        refused = adcs("run", "zhang2018-ppatc", "--master", "iterated", "--extrapolation", "1")
+        words = "Iterated has no setting extrapolation. Choose --master e"
+        assert refused.status == 2 and words in refused.err.replace("\n", " ")
+
     def test_masters_give_other_trajectories(self, run):
         ends = [
             run(*args, out=str(i))[1]["plant.q_BN"][-1].tolist()
