@@ -93,7 +93,8 @@ class Output(Variable):
     output, of the same shape, whose rate that is, up to its sign.
 
     exact: its start value is set, as FMI's initial="exact" says, and calculated states follow from it by `initial`, of
-    which `outputs` is then the inverse. The value that was set is shown as it is until the first step.
+    which `outputs` is then the inverse. The value that was set is shown as it is until after initialization something
+    is set or a step is made.
     """
 
     step_mean: bool = False
