@@ -27,7 +27,7 @@ ZIG_TARGETS = {
     "win64": ("x86_64-windows-gnu",),
     "darwin64": ("x86_64-macos.11.0", "aarch64-macos.11.0"),
 }
-FLAGS = ("-shared", "-fPIC", "-O2", "-std=c99", "-ffp-contract=off", "-fvisibility=hidden", "-g0", "-s")
+FLAGS = ("-shared", "-fPIC", "-O3", "-std=c99", "-ffp-contract=off", "-fvisibility=hidden", "-g0", "-s")
 COMPILERS = ("cc", "gcc", "clang")
 
 

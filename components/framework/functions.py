@@ -25,7 +25,7 @@ class Functions:
     advance     (t, x, u, u1, u2, u3, p, c, s, h) -> x_next     one internal step, see integrator.py
     update      (t, x, u, p, c) -> x_next                   sampled components
     outputs     (t, x, u, p, c, m) -> y
-    slopes      (t, x, u, p, c, m, su) -> dx, dy            rates, and of the outputs where the inputs have rates su
+    slopes      (t, x, u, p, c, m, su) -> y, dx, dy         outputs, and the rates of x and y where those of u are su
     means       (t, x, p, c) -> q                           quantities whose rate the step means average
     mean_rates  (t, x, u, p, c) -> m                        their time derivatives
     calculate   (p) -> c
@@ -133,7 +133,7 @@ class Functions:
 
     @cached_property
     def slopes(self) -> ca.Function:
-        """(t, x, u, p, c, m, su) -> dx, and dy = dy/dt + dy/dx dx + dy/du su, step means held."""
+        """(t, x, u, p, c, m, su) -> y, dx, and dy = dy/dt + dy/dx dx + dy/du su, step means held."""
         point = (self._t, self._x, self._u, self._p, self._c)
         dx = self.rates(*point) if self._component.states else ca.SX(0, 1)
         su = self._seeds["su"]
@@ -141,7 +141,7 @@ class Functions:
         along, tangent = ca.vertcat(self._t, self._x, self._u), ca.vertcat(ca.SX(1), dx, su)
         dy = ca.densify(ca.jtimes(y, along, tangent))
         names = ["t", "x", "u", "p", "c", "m", "su"]
-        return ca.Function("slopes", [*point, self._m, su], [dx, dy], names, ["dx", "dy"], {"cse": True})
+        return ca.Function("slopes", [*point, self._m, su], [y, dx, dy], names, ["y", "dx", "dy"], {"cse": True})
 
     @cached_property
     def means(self) -> ca.Function:

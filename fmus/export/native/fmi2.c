@@ -73,6 +73,8 @@ typedef struct { /* everything that an FMU state holds: plain data, no pointers 
     int32_t inputs_move;                 /* input derivatives were given since the last step */
     int32_t due;                         /* sampled: the next sample is due at t */
     int32_t start_old, y_old, d_old;     /* to be evaluated: c (and, in initialization, x and m); y; d */
+    double dy[NY + 1];                   /* rates of y */
+    int32_t dy_asked, dy_old;            /* whether somebody asks for them; to be evaluated */
 } State;
 
 typedef struct {
@@ -93,7 +95,7 @@ typedef struct { /* an FMU state as a host keeps it, in memory or as bytes; its 
 } Saved;
 
 static const char MAGIC[8] = {'a', 'd', 'c', 's', 'f', 'm', 'u', '2'};
-enum { SAVED_VERSION = 3 };
+enum { SAVED_VERSION = 4 };
 
 /* ---- messages --------------------------------------------------------------------------------------------------- */
 
@@ -236,11 +238,26 @@ static void sample_at(State *s, double t, const double *u)
 }
 #endif
 
+#if !SAMPLED && defined slopes_SZ_ARG
+/* Bring outputs, state derivatives and rates of outputs up to date at once: they have much in common. */
+static void observe(State *s)
+{
+    CALL(slopes, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), s->m, s->u1), OUT(Y(s->v), D(s->v), s->dy));
+    s->y_old = s->d_old = s->dy_old = 0;
+}
+#endif
+
 /* Bring the outputs up to date. Between samples those of a sampled component are held. */
 static void show(State *s)
 {
     settle(s);
     if (!s->y_old) return;
+#if !SAMPLED && defined slopes_SZ_ARG
+    if (s->dy_asked && s->mode != INITIALIZATION) {
+        observe(s);
+        return;
+    }
+#endif
     s->y_old = 0;
 #if SAMPLED
     if (s->due) sample_at(s, s->t, U(s->v));
@@ -269,9 +286,10 @@ static void rate(State *s)
 static void slope(State *s, double *r)
 {
     settle(s);
-#ifdef slopes_SZ_ARG
-    CALL(slopes, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), s->m, s->u1), OUT(D(s->v), Y(r)));
-    s->d_old = 0;
+#if !SAMPLED && defined slopes_SZ_ARG
+    s->dy_asked = 1;
+    if (s->dy_old || s->y_old || s->d_old) observe(s);
+    memcpy(Y(r), s->dy, NY * sizeof r[0]);
 #else
     rate(s);
 #endif
@@ -312,7 +330,7 @@ static void restart(State *s)
     for (i = 0; i < NV; i++) s->v[i] = variables[i].start;
     s->mode = INSTANTIATED;
     s->due = SAMPLED;
-    s->start_old = s->y_old = s->d_old = 1;
+    s->start_old = s->y_old = s->d_old = s->dy_old = 1;
 }
 
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
@@ -537,7 +555,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
     for (i = 0; i < n; i++) {
         s->v[vr[i]] = value[i];
         s->start_old |= when == SET_BEFORE || within(vr[i], P0, NP);
-        s->y_old = s->d_old = 1;
+        s->y_old = s->d_old = s->dy_old = 1;
     }
     return fmi2OK;
 }
@@ -614,7 +632,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
             return fail(it, "%s: variable %s = %g is not finite.", function, name_of(vr[i]), value[i]);
     }
     if (!s->inputs_move) forget_input_derivatives(s);
-    s->inputs_move = 1;
+    s->inputs_move = s->dy_old = 1;
     for (i = 0; i < n; i++) (order[i] == 1 ? s->u1 : order[i] == 2 ? s->u2 : s->u3)[vr[i] - U0] = value[i];
     return fmi2OK;
 }
@@ -728,7 +746,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real step, fmi2Boolean no
         }
         s->inputs_move = 0;
     }
-    s->y_old = s->d_old = 1;
+    s->y_old = s->d_old = s->dy_old = 1;
     for (i = 0; i < NX; i++) {
         if (isfinite(X(s->v)[i])) continue;
         s->mode = FAILED; /* s->t stays the last successful time */

@@ -71,8 +71,8 @@ class Runtime(Vector):
             self._outputs_next = Buffered(f.outputs, [t, self._x_next, u, p, c, m], [self.y])
             self._outputs_inside = Buffered(f.outputs, [self._s, x, self._u_now, p, c, m], [self.y])
         else:
-            self._rates_now, self._y_slopes = np.zeros_like(x), np.zeros_like(self.y)
-            self._slopes = Buffered(f.slopes, [t, x, u, p, c, m, self._u1], [self._rates_now, self._y_slopes])
+            again, self._rates_now, self._y_slopes = np.zeros_like(self.y), np.zeros_like(x), np.zeros_like(self.y)
+            self._slopes = Buffered(f.slopes, [t, x, u, p, c, m, self._u1], [again, self._rates_now, self._y_slopes])
         if part.states and not part.sampled:
             arguments = [t, x, u, self._u1, self._u2, self._u3, p, c, self._s, self._h]
             self._advance = Buffered(f.advance, arguments, [self._x_next])
