@@ -1,8 +1,8 @@
 """Steps of the error-controlled master against those of one size, for the same error over a whole flight.
 
-geng2012-compensated, 100 s, iterated smooth: the largest error of plant.q_BN at full seconds against a flight at .25 ms,
-as it falls with the number of steps; for each tolerance, how many steps of one size give that error (interpolated between
-flights, log by log). Goal: half as many. Evaluations are those of both solutions of a step.
+geng2012-compensated, 100 s, iterated smooth: the largest error of plant.q_BN at full seconds against a flight at
+.25 ms, as it falls with the number of steps; for each tolerance, how many steps of one size give that error
+(interpolated between flights, log by log). Goal: half as many. Evaluations are those of both solutions of a step.
 
                  steps    q_BN     of one size          2026-11-26, two cores that others used too
     1e-3           566   1.8e-6        4300
