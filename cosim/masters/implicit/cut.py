@@ -78,7 +78,8 @@ def _best(members: Sequence[str], links: Sequence[Link]) -> Sequence[str]:
 def _good(members: Sequence[str], links: Sequence[Link]) -> Sequence[str]:
     """Return the order in which each component is, of those left, the one that makes the fewest more outputs be cut.
 
-    These are the outputs that it takes of those left, itself among them: a ring is cut once.
+    These are the outputs that it takes of those left, itself among them: a ring is cut once. Of equals that one comes
+    which takes most of those that have stepped.
     """
     taken: dict[str, list[Link]] = {name: [] for name in members}
     for link in links:
@@ -86,10 +87,11 @@ def _good(members: Sequence[str], links: Sequence[Link]) -> Sequence[str]:
     order: list[str] = []
     left, cut = dict.fromkeys(members), set[Port]()
     while left:
-        costs: dict[str, int] = {}
+        costs: dict[str, tuple[int, int]] = {}
         for name in left:
             more = [k for k in taken[name] if k.source.component in left and k.source not in cut]
-            costs[name] = len({k.source for k in more}) + sum(k.step_mean for k in more) * len(links)
+            cost = len({k.source for k in more}) + sum(k.step_mean for k in more) * len(links)
+            costs[name] = cost, len(more) - len(taken[name])
         name = min(costs, key=costs.__getitem__)
         cut |= {k.source for k in taken[name] if k.source.component in left}
         del left[name]
