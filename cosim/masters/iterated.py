@@ -18,7 +18,7 @@ from cosim.masters.turns import Turns
 from cosim.masters.watch import Watch
 from cosim.slaves.slave import Slave
 from cosim.system.timing import between, carried
-from cosim.system.wiring import Link, Wiring
+from cosim.system.wiring import Link, Port, Wiring
 from cosim.time import Schedule
 
 INPUTS = ("smooth", "ramp")
@@ -30,7 +30,8 @@ class Iterated:
 
     Every input whose source moves follows it through both ends of the step: `inputs` "smooth", the cubic with the
     source's slopes (order 4), or "ramp", the line (order 2), as far as its FMU can. Outputs of sampled components and
-    step means are held. `tolerance`: up to which part of their nominal size the exchanged values agree.
+    step means are held, and what such a mean is of is a line to who takes both. `tolerance`: up to which part of their
+    nominal size the exchanged values agree.
     `kernel`: whether the loop runs in the compiled kernel.
     """
 
@@ -48,15 +49,17 @@ class Iterated:
 
     def timed(self, wiring: Wiring) -> Wiring:
         """Return the wiring with the timings of this master: step means after their step, all that moves on curves."""
-        return replace(wiring, links=tuple(self._timed(wiring, link) for link in wiring.links))
+        lines = _exchanged(wiring)
+        return replace(wiring, links=tuple(self._timed(wiring, link, lines) for link in wiring.links))
 
-    def _timed(self, wiring: Wiring, link: Link) -> Link:
+    def _timed(self, wiring: Wiring, link: Link, lines: frozenset[tuple[Port, str]]) -> Link:
         if link.step_mean:
             return link
         if not between(wiring, link):
             return replace(link, timing="at_point", asked="")
         descriptions = wiring.descriptions
-        return carried(link, self.inputs, descriptions[link.source.component], descriptions[link.target.component])
+        inputs = "ramp" if (link.source, link.target.component) in lines else self.inputs
+        return carried(link, inputs, descriptions[link.source.component], descriptions[link.target.component])
 
     def course(
         self, wiring: Wiring, schedule: Schedule, record: Sequence[str], stop_when: str = ""
@@ -67,6 +70,18 @@ class Iterated:
         layout = Layout.of(wiring, record, stop_when)
         turns = Turns.ordered(wiring, layout, schedule, [name for stage in found for name in stage.members])
         return IteratedCourse(self, Plan.of(wiring, turns, found))
+
+
+def _exchanged(wiring: Wiring) -> frozenset[tuple[Port, str]]:
+    """Return what step means are of, each with the component that takes the mean: a line, whose slope the mean is.
+
+    A momentum on another curve, beside its mean torque, would not be of one exchange, and be lost.
+    """
+    means = [link for link in wiring.links if link.step_mean]
+    return frozenset(
+        (Port(k.source.component, wiring.descriptions[k.source.component].step_means[k.source.variable]), k.target[0])
+        for k in means
+    )
 
 
 def refuse(wiring: Wiring, schedule: Schedule, found: Sequence[Stage], master: str) -> None:

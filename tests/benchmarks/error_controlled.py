@@ -1,13 +1,13 @@
 """Steps of the error-controlled master against those of one size, for the same error over a whole flight.
 
-geng2012-compensated, 100 s, iterated smooth: the largest error of plant.q_BN at full seconds against a flight at .25 ms,
-as it falls with the number of steps; for each tolerance, how many steps of one size give that error (interpolated between
-flights, log by log). Goal: half as many. Evaluations are those of both solutions of a step.
+geng2012-compensated, 100 s, iterated smooth: the largest error of plant.q_BN at full seconds against a flight at
+.25 ms, as it falls with the number of steps; for each tolerance, how many steps of one size give that error
+(interpolated between flights, log by log). Goal: half as many. Evaluations are those of both solutions of a step.
 
                  steps    q_BN     of one size          2026-11-26, two cores that others used too
-    1e-3           566   1.8e-6        4300
-    1e-4          1106   4.0e-7       13000
-    1e-5          2262   2.1e-8       75000
+    1e-3           563   1.9e-6        4100
+    1e-4          1093   3.6e-7       13000
+    1e-5          2247   4.3e-8       36000
 """
 
 from dataclasses import replace

@@ -11,6 +11,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from cosim import simulate
+from cosim.masters.error_controlled import ErrorControlled
+from cosim.masters.iterated import Iterated
 from cosim.system import Connection, Experiment, System
 
 FILE = Path(__file__).parents[1] / "wheel.py"
@@ -25,7 +27,7 @@ FAST = {  # a torque that reverses every 30 s, a body that tumbles at 3 deg/s
 }
 
 
-def fly(body: str, momentum: str | None, step: float, torque: str = ""):
+def fly(body: str, momentum: str | None, step: float, torque: str = "", master=None):
     """20 s of the wheels on a body; `torque`: the wheels' output that the body takes as a torque."""
     system = System(
         name="momentum",
@@ -38,7 +40,7 @@ def fly(body: str, momentum: str | None, step: float, torque: str = ""):
         parameters=FAST,
         held={f"body.{name}": [0.0] * 3 for name in (["tau_B", "tau_dist_B"] if body == BODY else [])},
     )
-    return simulate(system, Experiment(stop_time=20.0, communication_step_size=step))
+    return simulate(system, Experiment(stop_time=20.0, communication_step_size=step, master=master))
 
 
 def change(total: np.ndarray) -> float:
@@ -98,3 +100,9 @@ def test_the_torque_of_the_end_of_the_step_drifts_where_the_mean_does_not():
     coarse, fine = drift("ramp", 0.02, "tau_end_B"), drift("ramp", 0.01, "tau_end_B")
     assert np.log2(coarse / fine) == pytest.approx(1.0, abs=0.1)
     assert fine > 1e-5
+
+
+@pytest.mark.parametrize("master", [Iterated("ramp"), Iterated("smooth"), ErrorControlled(1e-5)], ids=str)
+def test_repeated_steps_keep_it(master):
+    """A momentum beside its mean torque is a line, whatever the master makes of other inputs."""
+    assert change(fly(TORQUE_BODY, None, 0.05, "tau_B", master)["body.H_N"]) < 1e-12
