@@ -62,12 +62,12 @@ def test_a_compiler_has_nothing_to_say_of_pieces(tmp_path, cut, name):
 def test_a_large_component_is_compiled_with_less_effort(tmp_path, cut, commands):
     build_native(every()["Gain"], tmp_path / "Gain.fmu")
     optimisations = [[word for word in command if word.startswith("-O")] for command in commands]
-    assert optimisations == [["-O2", "-O1"]]
+    assert optimisations == [["-O3", "-O1"]]
 
 
 def test_a_small_one_is_as_it_was(tmp_path, commands):
     build_native(every()["Gain"], tmp_path / "Gain.fmu")
-    assert [[word for word in command if word.startswith("-O")] for command in commands] == [["-O2"]]
+    assert [[word for word in command if word.startswith("-O")] for command in commands] == [["-O3"]]
 
 
 def test_none_of_the_catalog_is_large():
