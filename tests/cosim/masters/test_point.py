@@ -129,9 +129,9 @@ class TestResumed:
 
     @pytest.mark.parametrize("steps", [{}, {"actuators": 4, "plant": 2}], ids=str)
     def test_a_paper_s_system_of_native_fmus(self, kernel, steps):
-        """Step means, ramps; at several rates the wheels are ahead, and the body waits for its environment."""
+        """Curves; at several rates the wheels are ahead, and the body waits for its environment: held measurements."""
         system, experiment = scenario("xiao2011-l2gain")
-        master = replace(experiment.master, kernel=kernel)
+        master = replace(experiment.master, kernel=kernel, inputs="declared" if steps else "smooth")
         voyage = Voyage(replace(system, steps=steps), master, 0.2, 0.001, Library("native"))
         straight, parts = resumed(voyage, 101)
         assert len(straight) == 201
