@@ -55,3 +55,10 @@ def test_a_paper_is_its_package():
     paper = Paper("zhang2018")
     assert paper.title.endswith("(2018)") and paper.settled == 0.005
     assert papers.find_owner("zhang2018-atc") == paper and papers.find_owner("mine") is None
+
+
+@pytest.mark.parametrize("paper", papers.PAPERS.values(), ids=lambda paper: paper.key)
+def test_a_paper_draws_nothing_of_the_runs_of_others(paper):
+    """After Ctrl-C there are runs of the first papers only."""
+    assert paper.draw({}) == {}
+    assert paper.draw({"another-paper": range(2)}) == {}

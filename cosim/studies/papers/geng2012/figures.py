@@ -101,7 +101,8 @@ def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
             drawn["fig08_estimate"] = _estimate(networks)
         if pair:
             drawn["torque"] = _torque(pair)
-        if set(results) - {COMPENSATED, UNCOMPENSATED, LINEAR}:
+        others = {name for names in GROUPS.values() for name in names} - {COMPENSATED, UNCOMPENSATED, LINEAR}
+        if others & set(results):
             drawn["all_experiments"] = _all(results)
         drawn |= clusters.draw(results)
     return drawn
