@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from cosim.flights import Locate
+from cosim.masters.iterated import Iterated
 from cosim.studies import papers
 from cosim.studies.comparison.mission import STEP
 from cosim.studies.comparison.vehicles import Plant
@@ -41,7 +42,8 @@ def find_controllers(locate: Locate) -> dict[str, Controller]:
     for paper in papers.PAPERS.values():
         for name in paper.experiments:
             system, experiment = paper.make(name)
-            if experiment.communication_step_size < STEP:  # held over the table's step it would be another law
+            # whose torque, held over the table's step, would be that of another law
+            if experiment.communication_step_size < STEP or isinstance(experiment.master, Iterated):
                 continue
             reference = system.components.get("controller", "")
             fmu = read_description(locate(reference)) if reference else None

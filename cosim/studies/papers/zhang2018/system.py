@@ -51,8 +51,10 @@ from components.numbers.zhang2018 import (
 from cosim.arrays import FloatArray
 from cosim.errors import UnknownName
 from cosim.masters.explicit import Explicit
+from cosim.masters.iterated import Iterated
 from cosim.studies.papers.flight import Flight
 from cosim.system import Connection, Experiment, System, Value
+from cosim.system.system import MasterSettings
 
 PPATC, ATC = "zhang2018-ppatc", "zhang2018-atc"
 PPATC_HALF, ATC_HALF = "zhang2018-ppatc-half", "zhang2018-atc-half"
@@ -62,15 +64,23 @@ STOP_TIME = 200.0  # s
 
 @dataclass(frozen=True)
 class Reading:
-    """A unit of angle of the gains: how its experiments' names end, and the step that PPATC's held torque needs, s."""
+    """A unit of angle of the gains: how its experiments' names end, and the master that PPATC needs."""
 
     suffix: str
     unit: Value
-    step: float
+    master: MasterSettings
 
 
-# The gain of (12) reaches 570 1/s in degrees, 1.2e4 1/s in radians: a torque held over h needs less than 2 / h.
-READINGS = {"degrees": Reading("", Value(1.0, "deg"), 1e-3), "radians": Reading("-rad", Value(1.0, "rad"), 1e-4)}
+# The gain of (12) reaches 570 1/s in degrees, 1.2e4 1/s in radians: a torque held over h needs less than 2 / h, one
+# that follows its slope less still. Iterated, PPATC in radians flies at 1 ms; held it would need .1 ms.
+# Largest error of PPATC's attitude at 1 ms, deg: in degrees over 200 s 1.2e-8 (3.0e-9 at .5 ms; held 7.7e-6), and held
+# measurements would put mu_hat(200 s) off by 3.4e-5, h/2 tau_mu |s(0)| e^-1; in radians over 40 s 9.7e-11 (held at
+# .1 ms 2.8e-6, at four times the cost).
+READINGS = {
+    "degrees": Reading("", Value(1.0, "deg"), Explicit(extrapolation=1)),
+    "radians": Reading("-rad", Value(1.0, "rad"), Iterated()),
+}
+STEP = 1e-3  # s
 
 
 def ppatc() -> Flight:
@@ -173,13 +183,8 @@ def _flight(experiment: str, reading: str = "degrees") -> Flight:
             **(_performance() if prescribed else {}),
         },
     )
-    # Largest error of the attitude over PPATC's first 20 s at 1 ms: 1.2e-8 deg; with lines 1.9e-8, held 7.7e-6.
-    # And with the measurement held over a step, mu_hat(200 s) would be off by 3.4e-5, h/2 tau_mu |s(0)| e^-1.
-    master = Explicit(extrapolation=1)
-    step = angles.step if prescribed else 1e-3
-    return system, Experiment(
-        stop_time=STOP_TIME, communication_step_size=step, every=round(0.01 / step), master=master
-    )
+    master = angles.master if prescribed else READINGS["degrees"].master
+    return system, Experiment(stop_time=STOP_TIME, communication_step_size=STEP, every=10, master=master)
 
 
 def _gains(factor: float, unit: Value) -> dict[str, Any]:
