@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from cosim.flights import Locate
-from cosim.masters.iterated import Iterated
 from cosim.studies import papers
 from cosim.studies.comparison.mission import STEP
 from cosim.studies.comparison.vehicles import Plant
@@ -42,8 +41,7 @@ def find_controllers(locate: Locate) -> dict[str, Controller]:
     for paper in papers.PAPERS.values():
         for name in paper.experiments:
             system, experiment = paper.make(name)
-            # whose torque, held over the table's step, would be that of another law
-            if experiment.communication_step_size < STEP or isinstance(experiment.master, Iterated):
+            if experiment.communication_step_size < STEP:  # held over the table's step it would be another law
                 continue
             reference = system.components.get("controller", "")
             fmu = read_description(locate(reference)) if reference else None

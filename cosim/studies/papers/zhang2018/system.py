@@ -64,23 +64,23 @@ STOP_TIME = 200.0  # s
 
 @dataclass(frozen=True)
 class Reading:
-    """A unit of angle of the gains: how its experiments' names end, and the master that PPATC needs."""
+    """A unit of angle of the gains: how its experiments' names end, and the master and step that PPATC needs, s."""
 
     suffix: str
     unit: Value
     master: MasterSettings
+    step: float
 
 
 # The gain of (12) reaches 570 1/s in degrees, 1.2e4 1/s in radians: a torque held over h needs less than 2 / h, one
-# that follows its slope less still. Iterated, PPATC in radians flies at 1 ms; held it would need .1 ms.
-# Largest error of PPATC's attitude at 1 ms, deg: in degrees over 200 s 1.2e-8 (3.0e-9 at .5 ms; held 7.7e-6), and held
-# measurements would put mu_hat(200 s) off by 3.4e-5, h/2 tau_mu |s(0)| e^-1; in radians over 40 s 9.7e-11 (held at
-# .1 ms 2.8e-6, at four times the cost).
+# that follows its slope less still. Iterated, PPATC in radians flies at any step.
+# Largest error of PPATC's attitude over 200 s, deg: in degrees 1.2e-8 at 1 ms (3.0e-9 at .5 ms; held 7.7e-6, and held
+# measurements would put mu_hat(200 s) off by 3.4e-5, h/2 tau_mu |s(0)| e^-1); in radians 5.7e-12 at .5 ms (9.7e-11 at
+# 1 ms; held at .1 ms 2.8e-6 over 40 s, at three times the cost).
 READINGS = {
-    "degrees": Reading("", Value(1.0, "deg"), Explicit(extrapolation=1)),
-    "radians": Reading("-rad", Value(1.0, "rad"), Iterated()),
+    "degrees": Reading("", Value(1.0, "deg"), Explicit(extrapolation=1), 1e-3),
+    "radians": Reading("-rad", Value(1.0, "rad"), Iterated(), 5e-4),
 }
-STEP = 1e-3  # s
 
 
 def ppatc() -> Flight:
@@ -183,8 +183,9 @@ def _flight(experiment: str, reading: str = "degrees") -> Flight:
             **(_performance() if prescribed else {}),
         },
     )
-    master = angles.master if prescribed else READINGS["degrees"].master
-    return system, Experiment(stop_time=STOP_TIME, communication_step_size=STEP, every=10, master=master)
+    flown = angles if prescribed else READINGS["degrees"]
+    every = round(0.01 / flown.step)
+    return system, Experiment(stop_time=STOP_TIME, communication_step_size=flown.step, every=every, master=flown.master)
 
 
 def _gains(factor: float, unit: Value) -> dict[str, Any]:
