@@ -144,7 +144,15 @@ static int set_inputs(Run *r, integer place, integer k, double h)
     Ends e = {0, 0, 0, 0};
     integer i;
     if (!c->inputs) return 0;
-    for (i = 0; i < c->inputs; i++) {
+    for (i = 0; i < c->inputs && c->plain; i++) {
+        const double a = r->point[c->source[i]], b = r->newest[c->source[i]];
+        const integer timing = c->timing[i];
+        double value = a;
+        if (timing == AFTER_STEP || timing == STEP_MEAN) value = b;
+        else if (timing == MIDPOINT) value = 0.5 * (a + b);
+        c->value[i] = c->factor[i] * value + c->addend[i];
+    }
+    for (i = 0; i < c->inputs && !c->plain; i++) {
         double value;
         e = ends_of(r, c, i, k, h);
         value = e.a;

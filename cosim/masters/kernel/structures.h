@@ -86,6 +86,7 @@ typedef struct {
     GetState free_state;
     void *state; /* work: its FMU state where the step began */
     integer period, at_end, in_step; /* in_step: it and its sources step in every communication step */
+    integer plain;                   /* and its inputs are set to values of their sources, or the middle of two */
     /* inputs: input = factor * value + addend, see layout.Inputs and turns.Turn */
     integer inputs, input_groups, only_real; /* only_real: one group of Reals, of which each takes every value */
     const Group *input_group;
@@ -192,6 +193,7 @@ static const integer layout[] = {
     F(Component, set_string), F(Component, get_string), F(Component, set_derivatives),
     F(Component, get_derivatives), F(Component, do_step), F(Component, get_status), F(Component, get_state), F(Component, set_state),
     F(Component, free_state), F(Component, state), F(Component, period), F(Component, at_end), F(Component, in_step),
+    F(Component, plain),
     F(Component, inputs), F(Component, input_groups), F(Component, only_real), F(Component, input_group), F(Component, source),
     F(Component, slope_slot), F(Component, timing), F(Component, ahead), F(Component, source_component), F(Component, factor),
     F(Component, addend), F(Component, begun), F(Component, begun_slope), F(Component, value), F(Component, restricted),

@@ -11,7 +11,7 @@ from cosim.arrays import FloatArray
 from cosim.masters.implicit.plan import Loop, Plan
 from cosim.masters.layout import Group, Inputs, Reading
 from cosim.masters.slopes import Differences
-from cosim.masters.turns import Turn, Turns
+from cosim.masters.turns import EXTRAPOLATED_MEAN, MEAN, Turn, Turns
 from cosim.masters.types import Kind
 from cosim.slaves.breadcrumb import Breadcrumb
 from cosim.slaves.slave import CInterface
@@ -83,7 +83,7 @@ class ComponentStructure(ctypes.Structure):
 
     _fields_ = [
         *_pointers("name", "warned", "instance", *FUNCTIONS, "state"),
-        *_integers("period", "at_end", "in_step", "inputs", "input_groups", "only_real"),
+        *_integers("period", "at_end", "in_step", "plain", "inputs", "input_groups", "only_real"),
         *_pointers("input_group", "source", "slope_slot", "timing", "ahead", "source_component", "factor", "addend"),
         *_pointers("begun", "begun_slope", "value"),
         *_integers("restricted"),
@@ -277,6 +277,7 @@ class Packed:
     ) -> ComponentStructure:
         inputs, outputs, derivatives = turn.component.inputs, turn.component.outputs, turn.derivatives
         n = len(inputs.links)
+        in_step = turn.period == 1 and not turn.ahead.any()
         return ComponentStructure(
             name=self._array(bytearray(turn.component.name.encode() + b"\0"), np.uint8),
             warned=warned.ctypes.data,
@@ -284,7 +285,8 @@ class Packed:
             **{field: instance.functions.get(function, 0) for field, function in FUNCTIONS.items()},
             period=turn.period,
             at_end=turn.at_end,
-            in_step=turn.period == 1 and not turn.ahead.any(),
+            in_step=in_step,
+            plain=in_step and not np.isin(turn.timing, (MEAN, EXTRAPOLATED_MEAN)).any(),
             inputs=n,
             input_groups=len(inputs.groups),
             only_real=[group.kind for group in inputs.groups] == [Kind.REAL] and not inputs.allowed,
