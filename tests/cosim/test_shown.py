@@ -54,7 +54,7 @@ def test_a_system():
     assert "connections" in text and len(text) < 300
     shown = read(system)
     assert ["plant", "FlexibleSpacecraft", "1"] in shown.rows
-    assert ["plant.q_BN", "controller.q_BN", "after_step"] in shown.rows
+    assert ["plant.q_BN", "controller.q_BN", "smooth"] in shown.rows
     assert ["vehicle", "J", "3 x 3 kg.m2"] in shown.rows
 
 

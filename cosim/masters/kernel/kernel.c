@@ -242,10 +242,10 @@ static int take_turn(Run *r, integer place, integer k, double t, double h)
     if (r->stages && c->halfway && set_ends(r, place, k, h)) return 1;
     for (g = 0; g < c->output_groups; g++)
         if (get_values(r, place, &c->output_group[g])) return 1;
-    if (get_slopes(r, place)) return 1;
+    if (c->output_derivatives && get_slopes(r, place)) return 1;
     for (g = 0; g < c->output_groups; g++)
         if (refuse_not_finite(r, place, &c->output_group[g])) return 1;
-    take_differences(r, c, h);
+    if (c->differences) take_differences(r, c, h);
     return 0;
 }
 

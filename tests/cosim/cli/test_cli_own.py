@@ -37,7 +37,7 @@ class TestUse:
         assert carried == ["vehicle J"]
         assert len(swap["kept"]) - len(kept_parameters) - len(carried) == 6
         assert "parameter controller.K" in kept_parameters
-        assert "controller = AdaptiveTracking\n  kept    plant.q_BN -> controller.q_BN (after_step)" in done.out
+        assert "controller = AdaptiveTracking\n  kept    plant.q_BN -> controller.q_BN (smooth)" in done.out
         for line in swap["dropped"]:
             assert f"  dropped {line}\n" in done.out
         assert result.info["components"]["controller"]["model_name"] == "AdaptiveTracking"

@@ -96,13 +96,13 @@ class TestTable:
         assert_allclose(run.time[pitch.argmax()], 6.95, atol=0.03)
 
     def test_observer_from_a_matched_start(self):
-        """A ramped rate makes an error of second order: 1.2e-8 at 1 ms; at 0.2 ms it is within 1e-9."""
+        """A smooth rate makes an error of fourth order, till the observer's own integration is seen; a ramp 1.2e-8."""
         errors = []
         for step in (1e-3, 5e-4, 2e-4):
             run = fly("geng2012-compensated", stop_time=10.0, communication_step_size=step)
             errors.append(np.abs(run["observer.eta"] - run["plant.eta"]).max())
         assert errors[-1] < 1e-9
-        assert_allclose(np.log2(errors[0] / errors[1]), 2.0, atol=0.05)
+        assert np.log2(errors[0] / errors[1]) > 3.5
 
     def test_settling(self, runs):
         assert_allclose(settled(runs["geng2012-compensated"]), 33.3, atol=0.5)

@@ -169,22 +169,22 @@ class TestClaims:
     @pytest.mark.parametrize(
         ("law", "pid", "times", "pid_times", "vibrations"),
         [
-            (S, "xiao2011-pid", (75.6, 79.7), (20.9, 212.0), (174.7, 112.4)),
-            (f"{L}-k5", "xiao2011-pid-large", (390, 412), (196, 271), (496, 288)),
-            (L, "xiao2011-pid-large", (67.2, 76.5), (196, 271), (146, 288)),
+            (S, "xiao2011-pid", (75.5, 79.5), (20.9, 212.0), (174.6, 112.4)),
+            (f"{L}-k5", "xiao2011-pid-large", (390.0, 411.3), (196, 271), (498.4, 287.5)),
+            (L, "xiao2011-pid-large", (67.2, 76.5), (196, 271), (146, 287.5)),
         ],
         ids=["S", "L-k5", "L"],
     )
     def test_second_look(self, law, pid, times, pid_times, vibrations):
         """Settling at 5 % / 0.1 % and vibration of both laws from one start; tolerances: the digits printed.
 
-        Case L with k = 5 has an error of first order in the step besides: 390.54 s at 1 ms, 390.16 s at 0.25 ms.
+        Those of the L2-gain law are what the step goes to: at 0.25 ms all are within .03 s of those at 1 ms. Held
+        inputs are late there by their first order, .2 s in S (75.7, 79.8 s), 1.1 s in L with k = 5 (391.2, 412.8 s).
         """
-        late = 0.4 if law.endswith("k5") else 0.0
         runs = flight(law), flight(pid)
         for run, expected, quiet in zip(runs, (times, pid_times), vibrations, strict=True):
             measured = [tracking.settling(run, part).max() for part in (0.05, 0.001)]
-            digits = [late + (0.5 if isinstance(value, int) else 0.05) for value in (*expected, quiet)]
+            digits = [0.5 if isinstance(value, int) else 0.06 for value in (*expected, quiet)]
             off = np.subtract((*measured, tracking.vibration(run).max()), (*expected, quiet))
             assert (np.abs(off) <= digits).all(), off
 

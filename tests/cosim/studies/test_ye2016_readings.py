@@ -19,15 +19,21 @@ def runs():
 
 
 def test_slow_poles_with_the_printed_alpha_F(runs):
-    """The row of the second look, tolerances its last digits."""
+    """What the step goes to: iterated at 1 and .5 ms all figures but the last agree to their digits.
+
+    The row of the second look (2.4e-4, 3.3e-5, 1.85, 2.38) is that of held inputs, which go there with the step: 1.83,
+    1.90, 1.93 at 1, .5, .25 ms. The momentum's estimate at the end hangs on every digit: .8 to 3.5 by step.
+    """
     run, without = runs[system.SLOW_PRINTED], runs[system.NONADAPTIVE_SLOW]
     attitude, rate = ([largest(error, run, t) for t in (0.0, LATE)] for error in (euler_error, rate_error))
-    assert_allclose(attitude, [2.44e-4, 2.4e-4], atol=5e-6)
-    assert_allclose(rate, [4.3e-5, 3.3e-5], atol=5e-7)
+    assert_allclose(attitude, [2.46e-4, 2.46e-4], atol=1e-6)
+    assert_allclose(rate, [4.3e-5, 3.09e-5], atol=5e-7)
     assert_allclose(np.abs(euler_error(run)[run.time <= 40.0]).max(), 9.62e-5, rtol=5e-3)
     gains = [largest(error, without, LATE) / largest(error, run, LATE) for error in (euler_error, rate_error)]
-    assert_allclose(gains, [1190, 160], rtol=0.02)
-    assert_allclose(np.interp([100.0, 800.0], run.time, momentum_error(run)), [1.85, 2.38], atol=5e-3)
+    assert_allclose(gains, [1180, 169], rtol=0.02)
+    early, end = np.interp([100.0, 800.0], run.time, momentum_error(run))
+    assert_allclose(early, 1.947, atol=5e-3)
+    assert end > 0.5
 
 
 def test_momentum_of_the_slow_poles(runs):
@@ -41,7 +47,7 @@ def test_degrees(runs):
     attitude = np.degrees([largest(euler_error, without), largest(euler_error, adapting, LATE)])
     assert_allclose(attitude, [0.154, 0.0106], rtol=5e-3)
     rate = np.degrees([largest(rate_error, without), largest(rate_error, adapting, LATE)])
-    assert_allclose(rate, [4.7e-3, 4.8e-4], rtol=0.05 / 4.7)
+    assert_allclose(rate, [4.75e-3, 4.76e-4], rtol=1e-3)
 
 
 def test_verdicts(runs):
@@ -56,7 +62,8 @@ def test_verdicts(runs):
         [f"{slow}: attitude", f"{slow} with a placed K: attitude", "printed poles in degrees: attitude"],
     )
     assert adapting.word == f"in one reading ({chosen})"
-    assert held[1] == [f"{slow}: rate", f"{chosen}: attitude", f"{chosen}: rate"]
+    # The rate with the printed alpha_F, 3.09e-5 rad/s, is more than half a power of ten from 1e-4.
+    assert held[1] == [f"{chosen}: attitude", f"{chosen}: rate"]
     assert gains.word == f"in 2 readings ({slow}, {chosen})" and len(held[2]) == 4
     assert bounded.verdict == "reproduced"
     assert momentum.word == "in one reading (printed poles with alpha_F = 1e5)"

@@ -5,6 +5,7 @@ import pyarrow as pa
 import pytest
 
 from components.catalog import CATALOG
+from cosim import Explicit, Iterated
 from cosim.errors import UnknownName
 from cosim.results.result import Result
 from cosim.studies import papers, plots
@@ -71,7 +72,7 @@ def test_the_system_is_complete(name):
     assert flight.name == name
     assert set(flight.components) == {"guidance", "environment", "controller", "plant"}
     stiff = name in (f"{PPATC}-rad", f"{PPATC_HALF}-rad")
-    step, every = (1e-4, 100) if stiff else (1e-3, 10)
+    step, every = (5e-4, 20) if stiff else (1e-3, 10)
     assert (experiment.stop_time, experiment.communication_step_size, experiment.every) == (200.0, step, every)
     fed = [c.target for c in flight.connections] + list(flight.held)
     controller = ["q_BN", "omega_BN_B", "q_RN", "omega_RN_R", "omega_dot_RN_R"]
@@ -79,8 +80,9 @@ def test_the_system_is_complete(name):
         [f"controller.{n}" for n in controller] + [f"plant.{n}" for n in ("tau_B", "h_B", "tau_dist_B")]
     )
     timings = {c.target: c.timing for c in flight.connections}
-    assert all(timings[f"controller.{n}"] == "after_step" for n in controller)
-    assert timings["plant.tau_B"] == "at_point" and timings["plant.tau_dist_B"] == "midpoint"
+    assert all(timings[f"controller.{n}"] == "smooth" for n in controller)
+    assert timings["plant.tau_B"] == "at_point" and timings["plant.tau_dist_B"] == "smooth"
+    assert isinstance(experiment.master, Iterated if stiff else Explicit)
     assert {p.split(".")[0] for p in flight.parameters} <= set(flight.components)
 
 
