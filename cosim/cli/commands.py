@@ -178,7 +178,6 @@ def run(
     from cosim.cli.library import Library
     from cosim.flights import simulate
     from cosim.studies import metrics, papers
-    from cosim.system.overrides import with_parameters
     from cosim.time import parse_seconds
 
     with reported():
@@ -189,12 +188,7 @@ def run(
         locate = Library(backend, console.note)
         if hold_unconnected:
             system = replace(system, hold_unconnected=True)
-        system, swaps = overrides.with_swaps(system, use or [], locate)
-        for swap in swaps:
-            console.write_swap(swap)
-        for file in params or []:
-            system = with_parameters(system, overrides.parameter_file(file))
-        system = with_parameters(system, overrides.assignments(set_ or []))
+        system, swaps = overrides.with_changes(system, use or [], params or [], set_ or [], locate, console.write_swap)
         experiment = overrides.with_experiment(
             experiment,
             step,

@@ -11,6 +11,7 @@ from cosim.cli import masters
 from cosim.errors import ParameterError, UnknownName
 from cosim.quantity import advice_on_numbers
 from cosim.system import Experiment, System, Value
+from cosim.system.overrides import with_parameters
 from cosim.system.swap import SwapReport, replace
 from cosim.time import parse_seconds
 from fmus.description.description import ModelDescription
@@ -95,6 +96,26 @@ def with_swaps(system: System, uses: Sequence[str], locate: Callable[[str], Path
         system, report = replace(system, instance, reference, descriptions)
         reports.append(report)
     return system, reports
+
+
+def with_changes(
+    system: System,
+    swaps: Sequence[str],
+    files: Sequence[Path],
+    values: Sequence[str],
+    locate: Callable[[str], Path],
+    tell: Callable[[SwapReport], None],
+) -> tuple[System, list[SwapReport]]:
+    """Return the system with other FMUs, then parameters of files, then single ones, and what each swap did.
+
+    `tell` is given each report before parameters can be refused.
+    """
+    system, reports = with_swaps(system, swaps, locate)
+    for report in reports:
+        tell(report)
+    for file in files:
+        system = with_parameters(system, parameter_file(file))
+    return with_parameters(system, assignments(values)), reports
 
 
 def with_experiment(

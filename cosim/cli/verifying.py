@@ -55,7 +55,6 @@ def verify_(
     from cosim.cli.library import Library
     from cosim.errors import ResultExists
     from cosim.studies import verification
-    from cosim.system.overrides import with_parameters
     from cosim.time import parse_seconds
 
     with reported():
@@ -63,12 +62,7 @@ def verify_(
             raise ResultExists(out)
         system, experiment = scenario.load(name, None if stop is None else parse_seconds(stop, "--stop"))
         locate = Library(backend, console.note)
-        system, swaps = overrides.with_swaps(system, use or [], locate)
-        for swap in swaps:
-            console.write_swap(swap)
-        for file in params or []:
-            system = with_parameters(system, overrides.parameter_file(file))
-        system = with_parameters(system, overrides.assignments(set_ or []))
+        system, _ = overrides.with_changes(system, use or [], params or [], set_ or [], locate, console.write_swap)
         experiment = overrides.with_experiment(
             experiment,
             step,
