@@ -68,7 +68,8 @@ def advise(failure: StepFailed, experiment: Experiment, master: MasterSettings, 
         end = horizon(failure, start, stop, step)
         short = replace(experiment, stop_time=end, record=("*",))
         deadline = time.monotonic() + WALL_TIME
-        same = replace(master, kernel="auto") if isinstance(master, Explicit) else master  # the same bits, sooner
+        own = isinstance(master, Explicit | Iterated)
+        same = replace(master, kernel="auto") if own else master  # the same bits, sooner
 
         def attempt(at: Fraction, other: MasterSettings | None = None) -> Attempt | None:
             every = max(1, int((end - start) / at / ROWS))

@@ -16,7 +16,7 @@ from cosim.masters.implicit.norm import Norm
 from cosim.masters.implicit.plan import Plan
 from cosim.masters.iterated import Iterated, refuse
 from cosim.masters.kernel.iterated import KernelSolver, iterated_obstacle
-from cosim.masters.kernel.library import KERNEL
+from cosim.masters.kernel.library import KERNEL, why_python
 from cosim.masters.layout import Layout
 from cosim.masters.master import Algorithm, Flown
 from cosim.masters.rates import sample_times
@@ -184,9 +184,7 @@ class ErrorControlledCourse:
         def in_python(plan: Plan) -> Solver:
             return Iterating(plan, slaves, agreement)
 
-        reason = 'kernel="never"' if self.master.kernel == "never" else iterated_obstacle(slaves)
-        if reason and self.master.kernel == "always":
-            raise NotSupported(f'kernel="always": {reason}', 'Choose kernel="auto".')
+        reason = why_python(self.master.kernel, lambda: iterated_obstacle(slaves))
         solver, flown = (in_python, Flown("python", reason)) if reason else (in_kernel, Flown("kernel"))
         return Estimating(self.pair, slaves, self.norm, solver), flown
 

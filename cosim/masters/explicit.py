@@ -8,14 +8,14 @@ from cosim.errors import NotSupported, UnknownName
 from cosim.masters import slopes
 from cosim.masters.control.constant import Constant
 from cosim.masters.kernel.kernel import Kernel
-from cosim.masters.kernel.library import KERNEL, obstacle
+from cosim.masters.kernel.library import KERNEL, obstacle, why_python
 from cosim.masters.layout import Layout
 from cosim.masters.master import Algorithm, Control, Flown
 from cosim.masters.stepping import Stepping
 from cosim.masters.turns import Turns
 from cosim.masters.watch import Watch
 from cosim.slaves.slave import Slave
-from cosim.system.timing import between, carried, extrapolated, limited
+from cosim.system.timing import between, extrapolated, limited, moving
 from cosim.system.wiring import Link, Wiring
 from cosim.time import Schedule
 
@@ -55,24 +55,20 @@ class Explicit:
     def timed(self, wiring: Wiring) -> Wiring:
         """Return the wiring with the timings of the settings, as far as its FMUs can; `asked` where they cannot."""
         place = {name: i for i, name in enumerate(wiring.components)}
-        timed = replace(wiring, links=tuple(self._timed(wiring, link, place) for link in wiring.links))
+        timed = replace(wiring, links=tuple(self._preset(link, place) for link in wiring.links))
+        if self.inputs != "declared":
+            timed = moving(timed, "after_step" if self.inputs == "held" else self.inputs)
         if not self.extrapolation:
             return timed
-        moving = replace(timed, links=tuple(_extrapolated(timed, link) for link in timed.links))
-        return replace(moving, links=tuple(self._limited(moving, link) for link in moving.links))
+        timed = replace(timed, links=tuple(_extrapolated(timed, link) for link in timed.links))
+        return replace(timed, links=tuple(self._limited(timed, link) for link in timed.links))
 
-    def _timed(self, wiring: Wiring, link: Link, place: Mapping[str, int]) -> Link:
-        if link.step_mean:
+    def _preset(self, link: Link, place: Mapping[str, int]) -> Link:
+        if self.preset == "declared" or link.step_mean:
             return link
-        if self.preset != "declared":
-            earlier = place[link.source.component] < place[link.target.component]
-            timing = "after_step" if self.preset == "gauss_seidel" and earlier else "at_point"
-            link = replace(link, timing=timing, asked="")
-        if self.inputs == "declared" or link.from_start or not between(wiring, link):
-            return link
-        asked = "after_step" if self.inputs == "held" else self.inputs
-        descriptions = wiring.descriptions
-        return carried(link, asked, descriptions[link.source.component], descriptions[link.target.component])
+        earlier = place[link.source.component] < place[link.target.component]
+        timing = "after_step" if self.preset == "gauss_seidel" and earlier else "at_point"
+        return replace(link, timing=timing, asked="")
 
     def _limited(self, wiring: Wiring, link: Link) -> Link:
         """Return a link with the order up to which it is extrapolated; which slopes are true follows from all links."""
@@ -128,11 +124,9 @@ class ExplicitCourse:
 
         Raises `NotSupported` where only the kernel may, and cannot.
         """
-        reason = 'kernel="never"' if self.master.kernel == "never" else self._loops() or obstacle(slaves)
+        reason = why_python(self.master.kernel, lambda: self._loops() or obstacle(slaves))
         if not reason:
             return Kernel(self.turns, slaves, watch), Flown("kernel")
-        if self.master.kernel == "always":
-            raise NotSupported(f'kernel="always": {reason}', 'Choose kernel="auto".')
         return Stepping(self.turns, slaves), Flown("python", reason)
 
     def _loops(self) -> str:

@@ -11,14 +11,14 @@ from cosim.masters.implicit.cut import Stage, stages
 from cosim.masters.implicit.iterating import Iterating
 from cosim.masters.implicit.plan import Plan
 from cosim.masters.kernel.iterated import IteratedKernel, iterated_obstacle
-from cosim.masters.kernel.library import KERNEL
+from cosim.masters.kernel.library import KERNEL, why_python
 from cosim.masters.layout import Layout
 from cosim.masters.master import Algorithm, Control, Flown
 from cosim.masters.turns import Turns
 from cosim.masters.watch import Watch
 from cosim.slaves.slave import Slave
-from cosim.system.timing import between, carried
-from cosim.system.wiring import Link, Port, Wiring
+from cosim.system.timing import between, moving
+from cosim.system.wiring import Link, Wiring
 from cosim.time import Schedule
 
 INPUTS = ("smooth", "ramp")
@@ -49,17 +49,12 @@ class Iterated:
 
     def timed(self, wiring: Wiring) -> Wiring:
         """Return the wiring with the timings of this master: step means after their step, all that moves on curves."""
-        lines = _exchanged(wiring)
-        return replace(wiring, links=tuple(self._timed(wiring, link, lines) for link in wiring.links))
 
-    def _timed(self, wiring: Wiring, link: Link, lines: frozenset[tuple[Port, str]]) -> Link:
-        if link.step_mean:
-            return link
-        if not between(wiring, link):
-            return replace(link, timing="at_point", asked="")
-        descriptions = wiring.descriptions
-        inputs = "ramp" if (link.source, link.target.component) in lines else self.inputs
-        return carried(link, inputs, descriptions[link.source.component], descriptions[link.target.component])
+        def held(link: Link) -> Link:
+            steps = not link.step_mean and not between(wiring, link)
+            return replace(link, timing="at_point" if steps else "after_step", asked="")
+
+        return moving(replace(wiring, links=tuple(map(held, wiring.links))), self.inputs)
 
     def course(
         self, wiring: Wiring, schedule: Schedule, record: Sequence[str], stop_when: str = ""
@@ -70,18 +65,6 @@ class Iterated:
         layout = Layout.of(wiring, record, stop_when)
         turns = Turns.ordered(wiring, layout, schedule, [name for stage in found for name in stage.members])
         return IteratedCourse(self, Plan.of(wiring, turns, found))
-
-
-def _exchanged(wiring: Wiring) -> frozenset[tuple[Port, str]]:
-    """Return what step means are of, each with the component that takes the mean: a line, whose slope the mean is.
-
-    A momentum on another curve, beside its mean torque, would not be of one exchange, and be lost.
-    """
-    means = [link for link in wiring.links if link.step_mean]
-    return frozenset(
-        (Port(k.source.component, wiring.descriptions[k.source.component].step_means[k.source.variable]), k.target[0])
-        for k in means
-    )
 
 
 def refuse(wiring: Wiring, schedule: Schedule, found: Sequence[Stage], master: str) -> None:
@@ -138,11 +121,9 @@ class IteratedCourse:
 
         Raises `NotSupported` where only the kernel may, and cannot.
         """
-        reason = 'kernel="never"' if self.master.kernel == "never" else iterated_obstacle(slaves)
+        reason = why_python(self.master.kernel, lambda: iterated_obstacle(slaves))
         if not reason:
             return IteratedKernel(self.plan, slaves, watch, self.master.tolerance), Flown("kernel")
-        if self.master.kernel == "always":
-            raise NotSupported(f'kernel="always": {reason}', 'Choose kernel="auto".')
         return Iterating(self.plan, slaves, self.master.tolerance), Flown("python", reason)
 
     def control(self) -> Control:

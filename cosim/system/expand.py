@@ -8,7 +8,7 @@ from cosim.errors import SimulationError, UnknownName, WiringError, WiringErrors
 from cosim.system.acting_rates import counted_twice
 from cosim.system.parameters import Parameters
 from cosim.system.system import Connection, System
-from cosim.system.timing import TIMINGS, carried
+from cosim.system.timing import TIMINGS, carried, straight
 from cosim.system.wiring import Link, Port, Wiring
 from cosim.time import LARGEST_INTEGER
 from fmus.description.description import ModelDescription, Scalar, ScalarVariable, Type
@@ -170,16 +170,12 @@ class _Checker:
     @cached_property
     def _exchanged(self) -> frozenset[tuple[Port, str]]:
         """What step means are of, each with the component that takes the mean."""
-        found: set[tuple[Port, str]] = set()
+        taken: list[tuple[Port, str]] = []
         for connection in self.system.connections:
             (source, name), target = split_port(connection.source), split_port(connection.target)[0]
             means = self.descriptions[source].step_means if source in self.descriptions else {}
-            found |= {
-                (Port(source, of), target)
-                for mean, of in means.items()
-                if of and name in (mean, split_element(mean)[0])
-            }
-        return frozenset(found)
+            taken += [(Port(source, mean), target) for mean in means if name in (mean, split_element(mean)[0])]
+        return straight(taken, self.descriptions)
 
     def inputs(self, links: list[Link], held: Mapping[Port, object]) -> None:
         """Find inputs without a source and inputs with two, whole arrays at a time."""

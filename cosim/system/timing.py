@@ -10,11 +10,11 @@ With a and b the source's values at both ends of the step of length h, a' and b'
 A user declares those of `TIMINGS`; a master makes the others of them.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Literal
 
-from cosim.system.wiring import Link, Wiring
+from cosim.system.wiring import Link, Port, Wiring
 from fmus.description.description import ModelDescription
 
 Timing = Literal["at_point", "after_step", "midpoint", "ramp", "smooth"]
@@ -44,6 +44,38 @@ def carried(link: Link, asked: str, source: ModelDescription, target: ModelDescr
     if asked == "ramp" and not order:
         timing = "midpoint"
     return replace(link, timing=timing, asked=asked if timing != asked else "")
+
+
+def straight(
+    taken: Iterable[tuple[Port, str]], descriptions: Mapping[str, ModelDescription]
+) -> frozenset[tuple[Port, str]]:
+    """Return what step means are of, each with the component that takes the mean: to it, it is a line.
+
+    Its slope is the mean then. A momentum on another curve, beside its mean torque, would not be of one exchange, and
+    be lost. `taken`: outputs, each with a component that takes it.
+    """
+    return frozenset(
+        (Port(source.component, of), target)
+        for source, target in taken
+        if (of := descriptions[source.component].step_means.get(source.variable))
+    )
+
+
+def moving(wiring: Wiring, asked: str) -> Wiring:
+    """Return a wiring whose inputs are carried as asked, where there is anything between two of their values.
+
+    Those that need no more than the start of a step, and step means, stay as they are.
+    """
+    lines = straight(((k.source, k.target.component) for k in wiring.links if k.step_mean), wiring.descriptions)
+
+    def carry(link: Link) -> Link:
+        if link.from_start or not between(wiring, link):
+            return link
+        line = asked == "smooth" and (link.source, link.target.component) in lines
+        ends = (wiring.descriptions[port.component] for port in (link.source, link.target))
+        return carried(link, "ramp" if line else asked, *ends)
+
+    return replace(wiring, links=tuple(carry(link) for link in wiring.links))
 
 
 def extrapolated(link: Link, target: ModelDescription) -> Link:

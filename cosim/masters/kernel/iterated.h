@@ -160,7 +160,7 @@ static int find(Run *r, Loop *loop, integer k, double t, double h)
     return 1;
 }
 
-/* Communication step k, from t to t + h; 1 where a call has failed for good, or r->stuck. iterating.py: _attempt */
+/* Communication step k, from t to t + h; 1 where a call has failed for good, or r->stuck. iterating.py: attempt */
 static int iterated_step(Run *r, integer k, double t, double h)
 {
     const integer evaluations = r->evaluations;

@@ -342,7 +342,6 @@ EXPORT int kernel_run(Run *r, integer until, double seconds, double *rows, integ
         if (r->stop_slot >= 0 && r->point[r->stop_slot] > FLAG) break;
         next = point_time(r, r->done + 1);
         if (r->stages ? iterated_step(r, r->done, t, next - t) : step(r, r->done, t, next - t)) break;
-        if (r->stages) show_inputs(r);
         r->done++;
         t = next;
         if (r->done == next_row) {

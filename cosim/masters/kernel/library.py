@@ -7,13 +7,14 @@ import logging
 import os
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from platform import machine
 from typing import Any
 
+from cosim.errors import NotSupported
 from cosim.masters.kernel.structures import sizes_and_offsets
 from cosim.slaves.slave import Slave
 from fmus import places
@@ -62,6 +63,18 @@ def library() -> ctypes.CDLL:
                 raise BuildError(f"{path} was compiled, but cannot be loaded. Is $CC a compiler for this machine?")
             _loaded[path] = found
         return _loaded[path]
+
+
+def why_python(wanted: str, obstacle: Callable[[], str]) -> str:
+    """Return why a run flies in Python, "" where it flies in the kernel; `wanted`: one of `KERNEL`.
+
+    `obstacle` tells why the kernel cannot, "" if it can; it may compile it. Raises `NotSupported` where only the kernel
+    may, and cannot.
+    """
+    reason = 'kernel="never"' if wanted == "never" else obstacle()
+    if reason and wanted == "always":
+        raise NotSupported(f'kernel="always": {reason}', 'Choose kernel="auto".')
+    return reason
 
 
 def obstacle(slaves: Mapping[str, Slave]) -> str:

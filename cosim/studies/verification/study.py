@@ -31,9 +31,6 @@ FLIGHTS, MOST = 3, 4
 """Flights that are compared, and how many are flown where the coarsest one diverges."""
 
 TRIAL_ROWS = 100
-SEARCH = 60.0
-"""Seconds of wall time that the search for the largest step may take."""
-
 
 @dataclass(frozen=True)
 class Verification:

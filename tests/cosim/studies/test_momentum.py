@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from cosim import simulate
+from cosim import Explicit, simulate
 from cosim.masters.error_controlled import ErrorControlled
 from cosim.masters.iterated import Iterated
 from cosim.system import Connection, Experiment, System
@@ -102,7 +102,11 @@ def test_the_torque_of_the_end_of_the_step_drifts_where_the_mean_does_not():
     assert fine > 1e-5
 
 
-@pytest.mark.parametrize("master", [Iterated("ramp"), Iterated("smooth"), ErrorControlled(1e-5)], ids=str)
+@pytest.mark.parametrize(
+    "master",
+    [Explicit(inputs="smooth", extrapolation=1), Iterated("ramp"), Iterated("smooth"), ErrorControlled(1e-5)],
+    ids=str,
+)
 def test_repeated_steps_keep_it(master):
     """A momentum beside its mean torque is a line, whatever the master makes of other inputs."""
     assert change(fly(TORQUE_BODY, None, 0.05, "tau_B", master)["body.H_N"]) < 1e-12
