@@ -288,7 +288,7 @@ static void slope(State *s, double *r)
     settle(s);
 #if !SAMPLED && defined slopes_SZ_ARG
     s->dy_asked = 1;
-    if (s->dy_old || s->y_old || s->d_old) observe(s);
+    if (s->dy_old) observe(s);
     memcpy(Y(r), s->dy, NY * sizeof r[0]);
 #else
     rate(s);

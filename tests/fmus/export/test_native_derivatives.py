@@ -110,20 +110,51 @@ def test_output_derivatives(open_slave, name):
         assert slave.getRealOutputDerivatives(slave.vr("torque"), [1]) == [0.0]
 
 
+def test_output_derivatives_follow_whatever_changes_them(open_slave):
+    """Asked again after an input, its slope, a step, a saved state, against a twin that has never been asked before."""
+    part = PARTS["Swing"]
+    shown = names_of(part, "Swing", "y")
+    asked = open_slave("Swing").start()
+    done = []
+
+    def change(*call):
+        getattr(asked, call[0])(*call[1:])
+        done.append(call)
+        fresh = open_slave("Swing").start()
+        for name, *arguments in done:
+            getattr(fresh, name)(*arguments)
+        orders = [1] * len(shown)
+        found, expected = (u.getRealOutputDerivatives(u.vr(*shown), orders) for u in (asked, fresh))
+        assert list(found) == list(expected)
+        assert asked.getReal(asked.vr(*shown)) == fresh.getReal(fresh.vr(*shown))
+        return list(found)
+
+    torque = asked.vr("torque[1]")
+    seen = [change("doStep", 0.0, 0.1)]
+    state = asked.getFMUState()
+    seen.append(change("setReal", torque, [0.7]))
+    seen.append(change("setRealInputDerivatives", torque, [1], [0.3]))
+    seen.append(change("setRealInputDerivatives", torque, [1], [0.4]))
+    seen.append(change("doStep", 0.1, 0.1))
+    assert len({tuple(slopes) for slopes in seen}) == len(seen)
+    asked.setFMUState(state)
+    assert list(asked.getRealOutputDerivatives(asked.vr(*shown), [1] * len(shown))) == seen[0]
+
+
 def test_input_interpolation_is_exact_for_an_integrator(open_slave):
-    for orders in (1, 2):
+    for orders in (1, 2, 3):
         slave = open_slave("Integrator").start()
-        u, u1, u2 = np.array([0.3, -0.2]), np.array([0.5, 0.4]), np.array([-0.7, 0.9]) * (orders == 2)
+        u, u1 = np.array([0.3, -0.2]), np.array([0.5, 0.4])
+        u2, u3 = np.array([-0.7, 0.9]) * (orders > 1), np.array([2.1, -1.3]) * (orders > 2)
         x = np.zeros(2)
         vr = slave.vr("u[1]", "u[2]")
         for k, h in enumerate((0.1, 0.3, 0.05)):
             slave.setReal(vr, u)
-            slave.setRealInputDerivatives(vr, [1, 1], u1)
-            if orders == 2:
-                slave.setRealInputDerivatives(vr, [2, 2], u2)
+            for order, derivative in ((1, u1), (2, u2), (3, u3))[:orders]:
+                slave.setRealInputDerivatives(vr, [order, order], derivative)
             slave.doStep((0, 0.1, 0.4)[k], h)
-            x = x + u * h + u1 * h**2 / 2 + u2 * h**3 / 6
-            u = u + u1 * h + u2 * h**2 / 2
+            x = x + u * h + u1 * h**2 / 2 + u2 * h**3 / 6 + u3 * h**4 / 24
+            u = u + u1 * h + u2 * h**2 / 2 + u3 * h**3 / 6
             assert_allclose(slave.get("x[1]", "x[2]"), x, rtol=1e-13)
             assert_allclose(slave.getReal(vr), u, rtol=1e-14)  # inputs stay where the extrapolation ends
         slave.doStep(0.45, 0.1)  # derivatives hold for one step
