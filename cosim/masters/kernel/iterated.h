@@ -65,13 +65,12 @@ static int solve(integer n, double *a, double *right)
     return 1;
 }
 
-/* J + f s^T / s^T s. linear.py: broyden */
+/* J + f s^T / s^T s, s not zero: with that the step before was accepted. linear.py: broyden */
 static void broyden(integer n, double *jacobian, const double *residual, const double *change)
 {
     double square = 0;
     integer i, j;
     for (i = 0; i < n; i++) square += change[i] * change[i];
-    if (square == 0) return;
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++) jacobian[i * n + j] = jacobian[i * n + j] + residual[i] / square * change[j];
 }
