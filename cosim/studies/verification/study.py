@@ -32,6 +32,7 @@ FLIGHTS, MOST = 3, 4
 
 TRIAL_ROWS = 100
 
+
 @dataclass(frozen=True)
 class Verification:
     """Flights at h, h/2, h/4 (and h/8 where the first diverges), and the variables compared over the finest three.

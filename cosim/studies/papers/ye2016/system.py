@@ -240,8 +240,8 @@ def _flight(
             "*.solver.step": Value(step, "s"),
         },
     )
-    # Largest error of the attitude over the adaptive law's whole flight at 10 ms, to a flight at 1.25 ms: 5.7e-9 deg;
-    # with lines 2.9e-8, without slopes of the commands 2.8e-5, held 6.2e-4.
+    # Largest error of the attitude over the adaptive law's whole flight at 10 ms, to an iterated flight at 2.5 ms:
+    # 5.8e-9 deg; held 3.3e-5.
     # With slow poles at 1 ms the law passes where slopes do not carry on: explicit with slopes it diverges at 537 s as
     # printed. Iterated it errs by 1.6e-4 deg there, to a flight at 2.5 ms; held, at a quarter of the cost, by 1.1e-3.
     master = Explicit(inputs="smooth", extrapolation=1) if step > SLOW_STEP else Iterated()
