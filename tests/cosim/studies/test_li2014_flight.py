@@ -1,7 +1,6 @@
 """li2014 flown from native FMUs: every figure of its table, its spectral densities, its verdicts, its figures."""
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -210,17 +209,15 @@ class TestDesignModel:
         assert np.abs(both[0] - both[1]).max() < 1e-10
 
     def test_against_an_outside_closed_loop(self):
-        """(7) to (9) with (21), (22), (33), (34), (44), (45); what is left of two steps' flights is of second order."""
+        """(7) to (9) with (21), (22), (33), (34), (44), (45): slopes make an error of second order."""
         h = (8e-3, 4e-3, 2e-3)
         runs = [fly(system.DESIGN, stop_time=8.0, communication_step_size=step, every=round(0.2 / step)) for step in h]
         reference = closed_loop(runs[0].time)
         found = [np.stack([angles(run) for angles in MOTIONS], axis=1) for run in runs]
         size = np.abs(reference).max(axis=(0, 2), keepdims=True)
         errors = [np.abs((rows - reference) / size).max() for rows in found]
-        assert_allclose(np.diff(np.log2(errors)), -1.0, atol=0.1)
-        rest = [np.abs((2 * b - a - reference) / size).max() for a, b in pairwise(found)]
-        assert np.log2(rest[0] / rest[1]) == pytest.approx(2.0, abs=0.3)
-        assert rest[1] < 1e-4
+        assert_allclose(np.diff(np.log2(errors)), -2.0, atol=0.05)
+        assert errors[-1] < 1e-6
 
 
 LINE = (-1.0, -0.5, 0.0, 0.5, 1.0)
@@ -261,18 +258,27 @@ def closed_loop(time):
     return rows.reshape(-1, 3, 3, 27)[..., 0]
 
 
-def test_error_of_fresh_exchange_is_of_first_order():
-    """Against steps of 0.5 ms, over 60 s; 2.7e-6 m, 3.4e-5 and 5.1e-5 rad at 10 ms, less those of 0.5 ms."""
-    near = fly(system.NN, stop_time=60.0, communication_step_size=5e-4, every=200)
-    far, turned = [], []
+@pytest.mark.parametrize(
+    ("master", "order", "far", "turned"),
+    [
+        (Explicit(), 1, 0.95 * 2.7e-6, [0.95 * 3.4e-5, 0.95 * 5.1e-5]),  # less those of 0.5 ms
+        (system.SLOPES, 2, 1.27e-8, [1.39e-7, 2.24e-7]),
+    ],
+    ids=["held", "slopes"],
+)
+def test_order_of_the_exchange(master, order, far, turned):
+    """Against steps of 0.5 ms, over 60 s: errors of r_rel (m) and of both attitudes (rad) at 10 ms, and their order."""
+    near = fly(system.NN, stop_time=60.0, communication_step_size=5e-4, every=200, master=master)
+    errors = []
     for h in (2e-2, 1e-2, 5e-3):
-        run = fly(system.NN, stop_time=60.0, communication_step_size=h, every=round(0.1 / h))
-        far.append(np.abs(run["plant.r_rel"] - near["plant.r_rel"]).max())
+        run = fly(system.NN, stop_time=60.0, communication_step_size=h, every=round(0.1 / h), master=master)
         angles = (spectrum.attitude, spectrum.relative_attitude)
-        turned.append([np.abs(angle(run) - angle(near)).max() for angle in angles])
-    assert_allclose(far[1], 0.95 * 2.7e-6, rtol=0.02)
-    assert_allclose(turned[1], [0.95 * 3.4e-5, 0.95 * 5.1e-5], rtol=0.03)
-    assert_allclose(np.diff(np.log2(far)), -1.0, atol=0.15)
+        errors.append(
+            [np.abs(run["plant.r_rel"] - near["plant.r_rel"]).max()]
+            + [np.abs(angle(run) - angle(near)).max() for angle in angles]
+        )
+    assert_allclose(errors[1], [far, *turned], rtol=0.03)
+    assert_allclose(np.diff(np.log2([r[0] for r in errors])), -order, atol=0.15)
 
 
 def test_kernel_and_python_loop_are_equal():

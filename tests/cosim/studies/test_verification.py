@@ -215,7 +215,7 @@ class Flown:
 
 
 def trial(step, finished, refused=False) -> Trial:
-    return Trial(step, finished, "refused" if refused else "x", 1.0, 0.0, 0.0, 1.0, None if refused else Flown())  # type: ignore
+    return Trial(step, finished, "refused" if refused else "x", 1.0, 0.0, 0.0, 1.0, None if refused else Flown())
 
 
 class TestCommand:
