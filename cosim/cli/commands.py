@@ -267,7 +267,7 @@ def reproduce_(
     ),
     docs: Annotated[
         Path | None,
-        typer.Option("--docs", help="The project's folder: write its docs/papers and the README's claims anew."),
+        typer.Option("--docs", help="The project's folder: write its docs/papers anew."),
     ] = None,
     backend: Backend = "native",
     force: Force = False,

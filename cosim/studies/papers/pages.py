@@ -15,7 +15,7 @@ from cosim.studies.papers import numbered
 from cosim.studies.papers.bibliography import entries
 from cosim.studies.papers.paper import PAPERS, Paper
 
-CLAIMS = "claims.json"
+CLAIMS, INDEX = "claims.json", "index.md"
 ROOT = Path(__file__).parents[3]
 BEGIN, END = "<!-- claims: written by adcs reproduce --docs -->\n", "<!-- end of claims -->\n"
 Row = Mapping[str, Any]
@@ -23,14 +23,15 @@ Row = Mapping[str, Any]
 
 
 def refresh(project: Path, verdicts: Sequence[Row], figures: Mapping[str, Mapping[str, str]]) -> tuple[Path, ...]:
-    """Write the pages and the table of the README in a project's folder anew, and claims.json that they are made from.
+    """Write the pages and the table of all claims in a project's folder anew, and claims.json that they are made from.
 
     `figures`: paper -> file name without suffix -> title. Returns the files.
     """
-    folder, readme = project / "docs" / "papers", project / "README.md"
+    folder = project / "docs" / "papers"
+    index = folder / INDEX
     texts = {
         folder / CLAIMS: json.dumps({"claims": list(verdicts), "figures": figures}, indent=2) + "\n",
-        readme: with_short(readme.read_text(encoding="utf-8"), verdicts),
+        index: with_short(index.read_text(encoding="utf-8"), verdicts),
         **{folder / f"{key}.md": write_page(PAPERS[key], verdicts, titles) for key, titles in figures.items()},
     }
     folder.mkdir(parents=True, exist_ok=True)
@@ -71,9 +72,9 @@ def write_short(verdicts: Iterable[Row]) -> str:
     return BEGIN + markdown.write_table(head, rows) + END
 
 
-def with_short(readme: str, verdicts: Iterable[Row]) -> str:
-    """Return a README with the short table between its marks."""
-    before, rest = readme.split(BEGIN)
+def with_short(index: str, verdicts: Iterable[Row]) -> str:
+    """Return the text of a page with the short table between its marks."""
+    before, rest = index.split(BEGIN)
     return before + write_short(verdicts) + rest.split(END)[1]
 
 

@@ -50,7 +50,7 @@ def test_authors_are_named_as_they_are(key):
             assert found == entry.surnames, f"{path}: {found}"
 
 
-def test_the_readme_names_every_paper():
-    readme = TEXTS[ROOT / "README.md"]
+def test_the_index_names_every_paper():
+    index = TEXTS[ROOT / "docs" / "papers" / "index.md"]
     for key, entry in entries().items():
-        assert f"| {key} | {entry.surnames} {entry.fields['year']} |" in readme
+        assert f"| {key} | {entry.surnames} {entry.fields['year']} |" in index

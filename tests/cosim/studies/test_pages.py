@@ -1,4 +1,4 @@
-"""The pages of the papers and the table of the README are those that the sources and claims.json give."""
+"""The pages of the papers and the table of all claims are those that the sources and claims.json give."""
 
 import json
 from pathlib import Path
@@ -23,9 +23,9 @@ def test_a_page_is_what_its_sources_say(key, known):
     assert page == pages.write_page(papers.PAPERS[key], known["claims"], known["figures"][key]), ANEW
 
 
-def test_the_table_of_the_readme(known):
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert readme == pages.with_short(readme, known["claims"]), ANEW
+def test_the_table_of_all_claims(known):
+    index = (ROOT / "docs" / "papers" / pages.INDEX).read_text(encoding="utf-8")
+    assert index == pages.with_short(index, known["claims"]), ANEW
 
 
 def test_every_claim_of_every_paper_is_on_its_page(known):
