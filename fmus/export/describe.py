@@ -52,7 +52,7 @@ def describe(component: Component, model_name: str, *, derivatives: bool, **capa
         model_identifier=model_name,
         log_categories=LOG_CATEGORIES,
         generation_tool=TOOL,
-        description=_first_line(component),
+        description=docstring_of(type(component)).partition("\n")[0],
         **capabilities,
     )
 
@@ -78,9 +78,9 @@ def _step_means(component: Component) -> dict[str, str]:
     }
 
 
-def _first_line(component: Component) -> str:
-    cls = type(component)
-    return (cls.__doc__ or sys.modules[cls.__module__].__doc__ or "").strip().partition("\n")[0]
+def docstring_of(cls: type) -> str:
+    """Return what a component's class, or else its module, says about it."""
+    return (cls.__doc__ or sys.modules[cls.__module__].__doc__ or "").strip()
 
 
 def _unit(name: str) -> Unit:
