@@ -19,14 +19,14 @@ from cosim.studies import markdown, metrics, papers, plots
 from cosim.studies.papers.claims import Verdict, judge
 
 PREFACE = (
-    "Of the attitude error, from `plant.q_BN` and `guidance.q_RN`: the settling time is the last time above the "
-    "threshold; APE (absolute performance error) and RPE (relative performance error, over 10 s) are those of "
-    "ECSS-E-ST-60-10C after it, or over the last half where it is not reached. Of three axes the largest counts. Each "
-    "run's `run.json` has them all, axis by axis."
+    "Of the attitude error, from `plant.q_BN` and `guidance.q_RN`: the settling time is the last time at which a "
+    "component is above the threshold, after a slew that time less its end; APE (absolute performance error) and RPE "
+    "(relative performance error, over 10 s) are those of ECSS-E-ST-60-10C after it, or over the last half where it is "
+    "not reached. Of three axes the largest counts. Each run's `run.json` has them all, axis by axis."
 )
 HEAD = ("paper", "claim", "paper says", "measured", "verdict", "what fails", "depends on", "criterion")
 COLUMNS = {  # heads of the table of metrics -> keys of metrics.measure; of an array the largest element counts
-    "settled below (deg)": "settling threshold (deg)",
+    "settled below (deg)": "settling threshold, largest component (deg)",
     "settling time (s)": "settling time (s)",
     "APE max (deg)": "APE max (deg)",
     "APE 95 % (deg)": "APE 95 % (deg)",

@@ -6,8 +6,8 @@ import numpy as np
 
 from cosim.arrays import FloatArray
 from cosim.results.result import Result
-from cosim.studies.metrics.momentum import measure_momentum
-from cosim.studies.metrics.pointing import INTERVAL, THRESHOLD, attitude_error, measure_pointing
+from cosim.studies.metrics.momentum import measure_momentum, unknown_drift
+from cosim.studies.metrics.pointing import INTERVAL, REMAINING, THRESHOLD, attitude_error, measure_pointing, slew_end
 from cosim.studies.metrics.rows import first, series, spans
 from cosim.studies.metrics.torque import torque
 from cosim.studies.roles import Loop, loops
@@ -35,7 +35,8 @@ def measure(run: Result, threshold_deg: float = THRESHOLD, rpe_interval_s: float
         prefix = f"{loop.plant}: " if len(every) > 1 else ""
         error = attitude_error(run, loop)
         if error is not None and len(error) > 1:
-            found |= _named(prefix, measure_pointing(run.time, error, threshold_deg, rpe_interval_s))
+            end = slew_end(run, loop)
+            found |= _named(prefix, measure_pointing(run.time, error, threshold_deg, rpe_interval_s, end))
         found |= _named(prefix, _of_plant(run, loop) | _of_clusters(run, loop) | measure_momentum(run, loop))
         found |= _named(prefix, _events(run, loop))
     return found
@@ -98,13 +99,18 @@ def _gaps(run: Result, loop: Loop) -> list[str]:
     if not loop.plant:
         return ["attitude, for no instance is an attitude plant (it shows q_BN and omega_BN_B and takes tau_B)"]
     gaps: list[str] = []
+    shown = run.info.get("components", {}).get(loop.guidance, {}).get("outputs", ())
     if first(run, f"{loop.plant}.q_BN", f"{loop.plant}.q_SN") is None:
         gaps.append(f"pointing, for the attitude of {loop.plant} was not recorded")
     elif not loop.guidance:
         gaps.append("pointing, for no instance gives one reference (q_RN)")
     elif f"{loop.guidance}.q_RN" not in run:
         gaps.append(f"pointing, for {loop.guidance}.q_RN was not recorded")
+    elif REMAINING in shown and f"{loop.guidance}.{REMAINING}" not in run:
+        gaps.append(f"settling from the end of the slew, for {loop.guidance}.{REMAINING} was not recorded")
     drag_free = f"{loop.plant}.q_SN" in run
     if not drag_free and f"{loop.plant}.H_N" not in run:
         gaps.append(f"momentum, for {loop.plant} has no H_N that was recorded")
+    elif drift := unknown_drift(run, loop):
+        gaps.append(drift)
     return gaps

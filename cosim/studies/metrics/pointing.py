@@ -1,7 +1,9 @@
 """How well an attitude follows its reference.
 
     error      rotation vector of q_RN* (x) q_BN, short way, body axes, deg; of the plant and the guidance
-    settling   the last time at which any component of the error exceeds the threshold
+    settling   from the time that it is counted from to the last one at which any component of the error exceeds the
+               threshold, 0 where that is earlier. Counted from the end of a slew, where the guidance tells it: the
+               time t + remaining(t) of its last row with remaining > 0. Else from the first row.
     APE        absolute performance error: |error|, over the window from settling (the last half, if it never
                settles) to the end; largest, and not exceeded for 95 % and 99.7 % of that time
     RPE        relative performance error: |error - its mean over an interval|, for successive intervals of the window
@@ -20,6 +22,7 @@ from cosim.studies.metrics.rows import first, rotations, series, spans
 from cosim.studies.roles import Loop, loops
 
 ATTITUDES = ("q_BN", "q_SN")  # of the body, and of a drag-free satellite
+REMAINING = "remaining"  # of a guidance: the time until its reference is at rest for good, s
 THRESHOLD = 0.1  # deg
 INTERVAL = 10.0  # s, of RPE
 
@@ -63,17 +66,39 @@ def settling_time(time: FloatArray, error: FloatArray, threshold: float) -> floa
     return float(time[i] + part * (time[i + 1] - time[i]))
 
 
-def measure_pointing(time: FloatArray, error: FloatArray, threshold: float, interval: float) -> dict[str, Any]:
-    """Return the metrics of an error in deg by key, with their unit."""
-    settled = settling_time(time, error, threshold)
-    begin = settled if settled is not None else (time[0] + time[-1]) / 2
+def slew_end(run: Result, loop: Loop) -> float | None:
+    """Return the time at which a slew of the reference ends, s, which may be after the last row; None: no slew."""
+    remaining = series(run, f"{loop.guidance}.{REMAINING}")
+    if remaining is None or remaining.ndim != 1:
+        return None
+    moving = np.flatnonzero(remaining > 0)
+    return float(run.time[moving[-1]] + remaining[moving[-1]]) if len(moving) else None
+
+
+def settled_after(time: FloatArray, error: FloatArray, threshold: float, start: float) -> float | None:
+    """Return how long after `start` the error is within the threshold for good, s; None: not before the last row."""
+    last = settling_time(time, error, threshold)
+    return None if last is None or start > time[-1] else max(0.0, last - start)
+
+
+def measure_pointing(
+    time: FloatArray, error: FloatArray, threshold: float, interval: float, slewed: float | None = None
+) -> dict[str, Any]:
+    """Return the metrics of an error in deg by key, with their unit; `slewed`: when the slew ends, s, if there is one.
+
+    A settling time is None where the error does not settle, or the slew does not end, before the last row.
+    """
+    start = float(time[0]) if slewed is None else slewed
+    settled = settled_after(time, error, threshold, start)
+    begin = start + settled if settled is not None else (time[0] + time[-1]) / 2
     window = time >= begin
     if np.count_nonzero(window) < 2:
         window[-2:] = True
     t, e = time[window], error[window]
     ape, (rpe, weights) = np.linalg.norm(e, axis=1), _relative(t, e, interval)
     return {
-        "settling threshold (deg)": threshold,
+        "settling threshold, largest component (deg)": threshold,
+        "settling counted from (s)": start,
         "settling time (s)": settled,
         "window of APE and RPE (s)": [float(t[0]), float(t[-1])],
         "APE max (deg)": float(ape.max()),

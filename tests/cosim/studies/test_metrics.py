@@ -4,8 +4,10 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
+from cosim import Experiment, Library, System, Value, simulate
 from cosim.results.result import Result
 from cosim.studies import metrics
+from cosim.studies.roles import loops
 
 T = np.linspace(0.0, 100.0, 10001)
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
@@ -129,11 +131,11 @@ def test_the_torque_of_a_cluster_whose_momentum_the_plant_takes():
 
 def test_a_thruster_beside_wheels_is_from_outside():
     """Both change: the wheels' momentum is inside, the thruster's impulse is no drift; as a step mean it is inside."""
-    time, zero = np.linspace(0, 10, 101), np.zeros((101, 3))
+    time, zero = np.linspace(0, 10, 1001), np.zeros((1001, 3))
     given = np.outer(np.sin(time), [0, 0, 1])
     flight = run(
         time,
-        plant__q_BN=np.tile(IDENTITY, (101, 1)),
+        plant__q_BN=np.tile(IDENTITY, (1001, 1)),
         plant__H_N=np.outer(1 - np.cos(time), [0, 0, 1]),
         plant__tau_dist_B=zero,
         plant__tau_B=given,
@@ -143,7 +145,7 @@ def test_a_thruster_beside_wheels_is_from_outside():
     for timing in ("midpoint", "step mean"):
         flight.info = {"connections": {"plant.tau_B": {"source": "other.tau_B", "timing": timing}}}
         drifts.append(metrics.measure(flight)["momentum drift (N.m.s)"])
-    assert drifts[0] < 0.1**4  # Simpson's rule: h^4
+    assert drifts[0] < 0.01**4  # Simpson's rule: h^4
     assert drifts[1] == pytest.approx(2.0, rel=1e-2)
 
 
@@ -207,6 +209,96 @@ def test_no_drift_where_the_rows_cannot_tell():
     found = metrics.measure(run([0, 1], plant__H_N=[[0, 0, 0], [0, 2, 0]], plant__tau_B=[[0, 0, 1]] * 2))
     assert found["momentum change (N.m.s)"] == 2.0
     assert "momentum drift (N.m.s)" not in found
+
+
+def thruster(apart: float, lost: float) -> Result:
+    """A body whose thruster gives sin t about z for 60 s, rows `apart`; a part `lost` of its impulse does not come."""
+    time = np.arange(0.0, 60.0 + apart / 2, apart)
+    zero = np.zeros((len(time), 3))
+    return run(
+        time,
+        plant__q_BN=np.tile(IDENTITY, (len(time), 1)),
+        plant__H_N=np.outer((1 - lost) * (1 - np.cos(time)), [0, 0, 1]),
+        plant__tau_dist_B=np.outer(np.sin(time), [0, 0, 1]),
+        plant__tau_B=zero,
+        plant__h_B=zero,
+    )
+
+
+def test_a_drift_that_rows_far_apart_cannot_tell_is_refused_and_said():
+    """Simpson's rule over sin t of rows 1 s apart is off by some 1e-2: a drift of 1e-4 is not in such rows."""
+    fine, coarse = (metrics.measure(thruster(apart, 1e-4)) for apart in (0.01, 1.0))
+    assert fine["momentum drift (N.m.s)"] == pytest.approx(2e-4, rel=1e-3)  # of a momentum of 1 - cos t, at most 2
+    assert fine["momentum drift, known to (N.m.s)"] < 1e-7
+    assert coarse["momentum change (N.m.s)"] == pytest.approx(2.0, rel=0.02)
+    assert not any("drift" in key for key in coarse)
+    words = metrics.not_measured(thruster(1.0, 1e-4))
+    assert "momentum drift, for rows 1 s apart give the impulse from outside to" in words and "--every" in words
+    assert "drift" not in metrics.not_measured(thruster(0.01, 1e-4))
+
+
+def test_what_a_drift_is_known_to_bounds_the_error_of_its_integral():
+    """The true drift, .05 (1 - cos t), is known; at every distance of rows what is shown is off by no more than that.
+
+    The largest of rows misses the peak by up to .05 (apart / 2)^2 / 2.
+    """
+    for apart in (0.01, 0.05, 0.1, 0.25):
+        found = metrics.measure(thruster(apart, 0.05))
+        assert abs(found["momentum drift (N.m.s)"] - 0.1) <= found["momentum drift, known to (N.m.s)"] + 0.05 * apart**2 / 8
+
+
+def test_a_drift_larger_than_its_integral_s_error_is_shown_however_far_apart_the_rows():
+    assert metrics.measure(thruster(0.5, 0.3))["momentum drift (N.m.s)"] == pytest.approx(0.6, rel=0.05)
+
+
+SLEW_END = 40.0
+
+
+def slewing(error, remaining=None) -> Result:
+    """A body with an error about x; the reference's slew ends at 40 s."""
+    left = np.maximum(SLEW_END - T, 0.0) if remaining is None else remaining
+    return run(
+        T,
+        plant__q_BN=turned((1, 0, 0), error),
+        guidance__q_RN=np.tile(IDENTITY, (len(T), 1)),
+        guidance__remaining=left,
+    )
+
+
+@pytest.mark.parametrize(("last", "expected"), [(55.0, 15.0), (40.0, 0.0), (30.0, 0.0)])
+def test_settling_of_a_slew_is_counted_from_its_end(last, expected):
+    """1 deg up to `last`: settled that much after the end of the slew, at once where it was settled before."""
+    found = metrics.measure(slewing(np.where(T < last, 1.0, 0.0)))
+    assert found["settling counted from (s)"] == pytest.approx(SLEW_END)
+    assert found["settling time (s)"] == pytest.approx(expected, abs=0.02)  # rows 10 ms apart
+    assert found["window of APE and RPE (s)"][0] == pytest.approx(SLEW_END + expected, abs=0.02)
+
+
+def test_a_slew_that_has_not_ended_has_not_settled():
+    found = metrics.measure(slewing(0 * T, remaining=150.0 - T))
+    assert found["settling counted from (s)"] == pytest.approx(150.0)
+    assert found["settling time (s)"] is None
+
+
+def test_a_reference_that_never_moves_is_no_slew():
+    assert metrics.measure(slewing(0 * T, remaining=0 * T))["settling counted from (s)"] == 0.0
+
+
+def test_the_end_of_a_slew_as_its_guidance_flies_it():
+    """A bang-bang turn by 90 deg within 1 deg/s and 0.1 deg/s2, begun at 5 s: 5 + 90 / 1 + 1 / 0.1 s, by hand."""
+    system = System(
+        name="turn",
+        components={"guidance": "Slew"},
+        parameters={
+            "guidance.angle": Value(90.0, "deg"),
+            "guidance.max_rate": Value(1.0, "deg/s"),
+            "guidance.max_acceleration": Value(0.1, "deg/s2"),
+            "guidance.start_time": 5.0,
+            "guidance.smooth": 0.0,
+        },
+    )
+    flown = simulate(system, Experiment(stop_time=20.0, communication_step_size=0.5), locate=Library())
+    assert metrics.slew_end(flown, loops(flown)[0]) == pytest.approx(105.0, abs=1e-9)
 
 
 def test_force_of_a_drag_free_satellite():
