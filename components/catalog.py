@@ -27,6 +27,7 @@ MODULES = {
     "EulerSinusoid": "components.guidance.euler_sinusoid",
     "FlexibleSpacecraft": "components.plants.flexible_spacecraft",
     "GravityGradient": "components.environment.gravity_gradient",
+    "Gyro": "components.estimators.gyro",
     "HarmonicTorque": "components.environment.harmonic_torque",
     "HybridAdaptive": "components.controllers.hybrid_adaptive",
     "IntegralSlidingMode": "components.controllers.integral_sliding_mode",

@@ -53,7 +53,7 @@ class ElectrostaticSensor(Component):
     def update(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         r = u.r_rel_true + white(t, p.sample_time, p.seed, p.position_noise)  # (1)
         n = white(t, p.sample_time, p.seed, p.attitude_noise, 3)
-        q = quaternion.normalised(quaternion.product(u.q_TS_true, ca.vertcat(1, n / 2)))  # (1)
+        q = quaternion.turned(u.q_TS_true, n)  # (1)
         th, part = quaternion.rotation_vector(quaternion.short(q)), 1 - ca.exp(-p.sample_time / p.filter_time)
         return {
             "r_seen": r,

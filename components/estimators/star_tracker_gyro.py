@@ -12,8 +12,6 @@ Limits: no bias, no misalignment, no delay, no blinding.
 
 from typing import Any
 
-import casadi as ca
-
 from ..framework import Component, Condition, Input, Output, Parameter, State, not_negative
 from ..framework.ports import NO_ROTATION
 from ..mathematics import quaternion
@@ -40,9 +38,8 @@ class StarTrackerGyro(Component):
 
     def update(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         n = white(t, p.sample_time, p.seed, p.attitude_noise)
-        turned = quaternion.product(u.q_BN_true, ca.vertcat(1, n / 2))
         return {
-            "q_seen": quaternion.normalised(turned),  # (1)
+            "q_seen": quaternion.turned(u.q_BN_true, n),  # (1)
             "omega_seen": u.omega_BN_B_true + white(t, p.sample_time, p.seed, p.rate_noise, 3),  # (2)
         }
 

@@ -33,11 +33,15 @@ def normal(counter: Any, seed: Any, channel: int) -> Any:
     return ca.sqrt(-2 * ca.log(u_1)) * ca.cos(2 * ca.pi * u_2)  # (3)
 
 
+def draws(t: Any, period: Any, seed: Any, size: int, first: int = 0) -> Any:
+    """Return a column of numbers of (3), new ones at every period of the time t, channels from `first` on."""
+    counter = ca.floor(t / period + 0.5)
+    return ca.vertcat(*(normal(counter, seed, first + i) for i in range(size)))
+
+
 def white(t: Any, period: Any, seed: Any, density: Any, first: int = 0) -> Any:
     """Return a sample of white noise at t for each element of the column `density`, channels from `first` on."""
-    counter = ca.floor(t / period + 0.5)
-    draws = [normal(counter, seed, first + i) for i in range(density.numel())]
-    return density * ca.vertcat(*draws) / ca.sqrt(2 * period)  # (4)
+    return density * draws(t, period, seed, density.numel(), first) / ca.sqrt(2 * period)  # (4)
 
 
 def _reduced(k: Any) -> Any:

@@ -7,6 +7,8 @@
     rotation vector: e = 2 atan(n / q0) qv / n,  n = |qv|;  near n = 0 the series of atan         (5)
     turn by an angle a about a unit axis: [cos(a/2); sin(a/2) axis]                               (6)
     4 q q^T from dcm_BN; q is its column with the largest diagonal element, scalar part >= 0      (7)
+    turn by a rotation vector e: (6) with angle |e| and axis e / |e|;  near e = 0 the series      (8)
+    q turned by a small rotation vector n: q (x) [1; n/2], normalised                             (9)
 
 Source: textbook identities; the tests compare each with scipy.spatial.transform.Rotation (scalar_first=True).
 Invariants: (2) keeps |q|; (5) has all derivatives at zero; (4), (5) and the angles from (3) are those of q / |q|.
@@ -35,6 +37,21 @@ def conjugate(q: Any) -> Any:
 def about(axis: Any, angle: Any) -> Any:
     """Return the quaternion of a turn by an angle about a unit axis."""
     return ca.vertcat(ca.cos(angle / 2), ca.sin(angle / 2) * axis)  # (6)
+
+
+def from_rotation_vector(e: Any) -> Any:
+    """Return the quaternion of a turn by |e| about e, e in rad; the inverse of `rotation_vector` up to half a turn."""
+    n2 = ca.dot(e, e)
+    near = n2 <= 1e-4  # the next terms of the series are below 1e-16
+    n = ca.sqrt(ca.if_else(near, 1, n2))
+    scalar = ca.if_else(near, 1 - n2 / 8 + n2**2 / 384, ca.cos(n / 2))
+    vector = ca.if_else(near, 0.5 - n2 / 48 + n2**2 / 3840, ca.sin(n / 2) / n)
+    return ca.vertcat(scalar, vector * e)  # (8)
+
+
+def turned(q: Any, n: Any) -> Any:
+    """Return q turned by a small rotation vector n in body axes, as an error of a measurement: by 2 atan(|n|/2)."""
+    return normalised(product(q, ca.vertcat(1, n / 2)))  # (9)
 
 
 def normalised(q: Any) -> Any:

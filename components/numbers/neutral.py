@@ -31,6 +31,7 @@ GAP = 4e-3  # m
 
 # Control
 SAMPLE = 0.1  # s
+GYRO_SAMPLE, TRACKER_SAMPLE = 0.01, 0.2  # s
 BANDWIDTH, DAMPING = 0.2, 0.9  # rad/s, 1: of the closed loop of an axis, well below the first mode
 
 
