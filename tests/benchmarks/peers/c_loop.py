@@ -1,0 +1,50 @@
+"""A loop in C, written by hand: c_loop.py LOOP.json record; record 1: every output kept in memory, every step."""
+
+import ctypes
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from hand import initialized
+from loop import Loop, report
+
+from fmus.toolchain import compile_library
+
+
+class Unit(ctypes.Structure):
+    """As c_loop.c has it."""
+
+    _fields_ = [(name, ctypes.c_void_p) for name in ("instance", "set", "get", "step", "inputs", "sources", "outputs")]
+    _fields_ += [(name, ctypes.c_long) for name in ("n_inputs", "n_outputs", "first")]
+
+
+loop, record = Loop.told()
+units, ports = initialized(loop)
+kept: list[object] = []
+
+
+def address(kind, values) -> int:
+    kept.append((kind * max(len(values), 1))(*values))
+    return ctypes.addressof(kept[-1])
+
+
+described = (Unit * len(units))()
+for unit, made in zip(units, described, strict=True):
+    library = ctypes.CDLL(unit.slave.dll._name)
+    made.instance = unit.slave.component
+    for field, name in (("set", "fmi2SetReal"), ("get", "fmi2GetReal"), ("step", "fmi2DoStep")):
+        setattr(made, field, ctypes.cast(library[name], ctypes.c_void_p))
+    made.inputs, made.outputs = address(ctypes.c_uint, unit.inputs), address(ctypes.c_uint, unit.outputs)
+    made.sources = address(ctypes.c_long, unit.sources)
+    made.n_inputs, made.n_outputs, made.first = len(unit.inputs), len(unit.outputs), unit.first
+values, inputs = np.zeros(len(ports)), np.zeros(max(len(unit.inputs) for unit in units) or 1)
+rows = np.empty((loop.steps, len(ports) + 1)) if record else None
+with tempfile.TemporaryDirectory() as place:
+    source = Path(__file__).with_suffix(".c")
+    compile_library(source.parent, source.name, Path(place) / "loop.so")
+    fly = ctypes.CDLL(f"{place}/loop.so").fly
+arguments = [described, len(units), ctypes.c_long(loop.steps), ctypes.c_double(loop.step), len(ports)]
+vectors = [ctypes.c_void_p(a.ctypes.data if a is not None else None) for a in (values, inputs, rows)]
+with loop.clock() as clock:
+    assert fly(*arguments, *vectors) == 0
+report(clock, loop, [values[ports.index(port)] for port in loop.shown])

@@ -1,0 +1,36 @@
+"""A loop in cofmupy, Jacobi: cofmupy_loop.py LOOP.json record; record 1: its CSV storage."""
+
+import json
+import tempfile
+from pathlib import Path
+
+from cofmupy import Coordinator
+from loop import Loop, report
+
+loop, record = Loop.told()
+
+
+def end_of(instance: str, variable: str) -> dict[str, str]:
+    return {"type": "fmu", "id": instance, "variable": variable, "unit": ""}
+
+
+with tempfile.TemporaryDirectory() as place:
+    system = {
+        "fmus": [{"id": n, "path": p, "name": n, "initialization": {}} for n, p in loop.fmus.items()],
+        "connections": [{"source": end_of(*source), "target": end_of(*target)} for source, target in loop.wires],
+        "root": place,
+        "cosim_method": "jacobi",
+        "edge_sep": " -> ",
+        "iterative": False,
+    }
+    if record:
+        system["data_storages"] = [{"name": "rows", "type": "file", "config": {"path": f"{place}/rows.csv"}}]
+    described = Path(place) / "system.json"
+    described.write_text(json.dumps(system))
+    coordinator = Coordinator()
+    coordinator.start(str(described))
+    with loop.clock() as clock:
+        for _ in range(loop.steps):
+            coordinator.do_step(loop.step, save_data=bool(record))
+    end = [float(coordinator.get_variable(shown)[0]) for shown in loop.shown]
+report(clock, loop, end)
