@@ -1,6 +1,5 @@
 """A component: declared variables and the equations between them. Everything else is derived from these."""
 
-import inspect
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import cached_property
@@ -12,6 +11,7 @@ import numpy as np
 from .equations import Condition, Equations
 from .errors import ComponentError, hint
 from .functions import Functions
+from .structure import checked, follows, structural, unit_of
 from .units import UNITS
 from .variables import CalculatedParameter, Input, Output, Parameter, State, Variable, settled
 
@@ -19,9 +19,9 @@ from .variables import CalculatedParameter, Input, Output, Parameter, State, Var
 class Component:
     """Base of every component that is written as CasADi expressions.
 
-    A subclass declares variables as class attributes, structural parameters as annotated integers, and `ports`, one
-    class or several whose declarations it takes over (its own declaration of the same name wins). Variables whose
-    number follows from the structure are declared by `declare`. It writes
+    A subclass declares variables as class attributes, structural parameters as annotated integers and texts
+    (structure.py), and `ports`, one class or several whose declarations it takes over (its own declaration of the same
+    name wins). Variables whose number follows from the structure are declared by `declare`. It writes
 
     derivatives(t, x, u, p) -> {state: rate}        continuous states
     update(t, x, u, p) -> {state: next value}       instead, in a sampled component, which sets `sample_time` (s)
@@ -50,12 +50,7 @@ class Component:
         self.name = type(self).__name__
         self.given = dict(values)
         self.role = type(self).role or next((r for port in _ports(type(self)) if (r := getattr(port, "role", ""))), "")
-        structural = _structural(type(self))
-        self.structure = {n: values.pop(n, default) for n, default in structural.items()}
-        for n, value in self.structure.items():
-            if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-                raise ComponentError(self.name, f"structural parameter {n} = {value!r} is not a whole number >= 0.")
-            setattr(self, n, value)
+        self.structure = self._structure(values)
         declared = _merge(self.name, _declared(type(self)), self.declare())
         for taken in (n for n in declared if hasattr(Component, n) or n in vars(self)):
             text = f"a variable cannot be called {taken}: every component has something of that name. Choose another."
@@ -64,20 +59,31 @@ class Component:
         declared = _merge(self.name, declared, self._solver(has_states))
         unknown = [n for n in values if n not in declared]
         if unknown:
-            known = [*structural, *declared]
+            known = [*self.structure, *declared]
             raise ComponentError(
                 self.name, f"no variable {unknown[0]!r}.{hint(unknown[0], known)} Variables: {', '.join(known)}."
             )
         self._variables = {n: self._resolve(v, values.get(n, v.start)) for n, v in declared.items()}
         self._require_consistency()
 
+    def _structure(self, values: dict[str, Any]) -> dict[str, Any]:
+        """Return the structural parameters, taken out of the values, and set each as an attribute."""
+        found: dict[str, Any] = {}
+        for name, default in structural(type(self), Component).items():
+            try:
+                found[name] = checked(name, default, values.pop(name, default))
+            except ValueError as error:
+                raise ComponentError(self.name, str(error)) from error
+            setattr(self, name, found[name])
+        return found
+
     def _resolve(self, variable: Variable, start: Any) -> Variable:
-        if variable.unit not in UNITS:
-            known = list(UNITS)
-            text = f"{variable.name}: unknown unit {variable.unit!r}.{hint(variable.unit, known)}"
-            raise ComponentError(self.name, text)
         try:
-            return replace(variable, **settled(variable, self.structure, start, self))
+            unit = unit_of(variable.unit, self.structure)
+            if unit not in UNITS:
+                text = f"{variable.name}: unknown unit {unit!r}.{hint(unit, list(UNITS))}"
+                raise ComponentError(self.name, text)
+            return replace(variable, unit=unit, **settled(variable, self.structure, start, self))
         except (ValueError, TypeError) as error:
             raise ComponentError(self.name, f"{variable.name}: {error}.") from error
 
@@ -98,10 +104,10 @@ class Component:
                 text = f"{output.name} is exact, its start is set: then a continuous state must be calculated from it"
                 raise ComponentError(self.name, f"{text}, State(calculated=True) and initial; a step mean cannot be.")
 
-    def variant(self, **structure: int) -> "Component":
-        """Return the component with another structure; start values whose shape follows it are the class's again."""
-        declared = _declared(type(self))
-        kept = {n: v for n, v in self.given.items() if n not in declared or not set(structure) & set(declared[n].shape)}
+    def variant(self, **structure: int | str) -> "Component":
+        """Return the component with another structure; start values whose shape or unit follows it are the class's."""
+        told = {n: (*v.shape, v.unit) for n, v in _declared(type(self)).items()}
+        kept = {n: v for n, v in self.given.items() if not follows(told.get(n, ()), structure)}
         return type(self)(**(kept | structure))
 
     # ---- declarations ----------------------------------------------------------------------------------------------
@@ -257,16 +263,6 @@ def start_vector(group: Iterable[Variable]) -> np.ndarray:
     """Return the start values of a group of variables as one flat vector, matrices row by row."""
     values = [np.ravel(v.start) for v in group]
     return np.concatenate(values) if values else np.zeros(0)
-
-
-def _structural(cls: type) -> dict[str, int]:
-    """Structural parameters: annotated integers without a leading underscore, bases first."""
-    found: dict[str, int] = {}
-    for base in reversed(cls.__mro__):
-        for name, kind in inspect.get_annotations(base).items():
-            if kind in (int, "int") and not name.startswith("_"):
-                found[name] = getattr(cls, name)
-    return found
 
 
 def _ports(cls: type) -> tuple[type, ...]:

@@ -28,6 +28,7 @@ class CoherentUnit:
 
 
 DEGREES = 57.29577951308232  # per radian
+HERTZ = 0.15915494309189535  # per radian per second, of an angular frequency
 
 
 def _unit(display: dict[str, float] | None = None, /, **exponents: Fraction | int) -> CoherentUnit:
@@ -54,7 +55,7 @@ UNITS: dict[str, CoherentUnit] = {
     "rad2/s": _unit(rad=2, s=-1),
     "rad2/s2": _unit(rad=2, s=-2),
     "rad.s": _unit(rad=1, s=1),
-    "rad/s": _unit({"deg/s": DEGREES, "deg/h": DEGREES * 3600}, rad=1, s=-1),
+    "rad/s": _unit({"deg/s": DEGREES, "deg/h": DEGREES * 3600, "Hz": HERTZ}, rad=1, s=-1),
     "rad/s2": _unit({"deg/s2": DEGREES}, rad=1, s=-2),
     "rad/Hz(1/2)": _unit(rad=1, s=HALF),
     "rad/s/Hz(1/2)": _unit({"deg/h(1/2)": DEGREES * 60}, rad=1, s=-HALF),

@@ -12,9 +12,10 @@ import numpy as np
 class Variable:
     """A real variable with a unit and a shape.
 
-    unit: a name in units.UNITS. shape: () scalar, (n,) column, (r, c) matrix; an entry may be the name of a structural
-    parameter. start: a number (for every element), a nested sequence of the shape, or a function of the component that
-    returns one. display_unit, nominal, min, max: as in FMI, for every element. name is set by the component's class.
+    unit: a name in units.UNITS, or the name of a structural text (structure.py). shape: () scalar, (n,) column, (r, c)
+    matrix; an entry may be the name of a structural number. start: a number (for every element), a nested sequence of
+    the shape, or a function of the component that returns one. display_unit, nominal, min, max: as in FMI, for every
+    element. name is set by the component's class.
     """
 
     unit: str
@@ -114,7 +115,7 @@ def expand(value: Any, shape: tuple[int, ...]) -> np.ndarray:
 
 def settled(variable: Variable, structure: dict[str, Any], start: Any, component: Any) -> dict[str, Any]:
     """Return the shape in numbers and the start value as an array, for dataclasses.replace."""
-    unknown = [n for n in variable.shape if isinstance(n, str) and n not in structure]
+    unknown = [n for n in variable.shape if isinstance(n, str) and not isinstance(structure.get(n), int)]
     if unknown:
         raise ValueError(f"shape names {unknown[0]!r}, the structural parameters are: {', '.join(structure) or 'none'}")
     shape = tuple(structure[n] if isinstance(n, str) else n for n in variable.shape)

@@ -25,12 +25,17 @@ def slewed(command: Any, last: Any, lower: Any, upper: Any, rate: Any, period: A
     return ca.if_else(rate > 0, within(wanted, last - step, last + step), wanted)  # (1)
 
 
+def quanta(y: Any, quantum: Any) -> Any:
+    """Return the whole number of quanta that is nearest to y, halves up; quantum > 0."""
+    return ca.floor(y / quantum + 0.5)  # (2)
+
+
 def quantised(y: Any, quantum: Any, lower: Any, upper: Any) -> Any:
     """Return y rounded to a whole number of quanta, within its limits."""
     some = quantum > 0
     q = ca.if_else(some, quantum, 1)
     first, last = ca.ceil(lower / q - 1e-9), ca.floor(upper / q + 1e-9)
-    rounded = within(q * within(ca.floor(y / q + 0.5), first, last), lower, upper)  # (2)
+    rounded = within(q * within(quanta(y, q), first, last), lower, upper)  # (2)
     nearer = ca.if_else(y - lower < upper - y, lower, upper)
     return ca.if_else(some, ca.if_else(first > last, nearer, rounded), y)  # (3)
 

@@ -1,4 +1,7 @@
-"""How a component is named from outside: NAME or FILE.py:Class, either with a structure, as in NAME:modes=6."""
+"""How a component is named from outside: NAME or FILE.py:Class, either with a structure, as in NAME:modes=6.
+
+Several structural parameters follow each other, as in Notch:width=3,unit=N.m.
+"""
 
 import inspect
 import re
@@ -28,12 +31,12 @@ class Reference:
     text: str
     file: Path | None
     name: str
-    structure: tuple[tuple[str, int], ...]
+    structure: tuple[tuple[str, int | str], ...]
 
     @property
     def model_name(self) -> str:
         """The FMU's name: the component's, with its structure where that was given."""
-        return self.name + "".join(f"_{key}{value}" for key, value in self.structure)
+        return self.name + "".join(f"_{key}{_word(value)}" for key, value in self.structure)
 
     def sources(self) -> Sources:
         """Return the source files of the component; nothing is imported. Raises UnknownComponent."""
@@ -72,12 +75,12 @@ def parse(text: "str | type") -> Reference:
     head, *parts = re.split(r":(?![\\/])", text)
     file = Path(head) if head.endswith(".py") else None
     name = parts.pop(0) if file is not None and parts and "=" not in parts[0] else head
-    structure: list[tuple[str, int]] = []
-    for part in parts:
+    structure: list[tuple[str, int | str]] = []
+    for part in (one for several in parts for one in several.split(",")):
         key, _, value = part.partition("=")
-        if not (key.isidentifier() and value.isdigit()):
-            raise UnknownComponent(text, f"{text!r}: {part!r} is not NAME=WHOLE NUMBER, as in {head}:modes=6.")
-        structure.append((key, int(value)))
+        if not (key.isidentifier() and value):
+            raise UnknownComponent(text, f"{text!r}: {part!r} is not NAME=VALUE, as in {head}:modes=6.")
+        structure.append((key, int(value) if value.isdecimal() else value))
     if file is not None and name == head:
         name = _only_class(file)
     return Reference(text, file, name, tuple(structure))
@@ -89,6 +92,11 @@ def of_file(component: "Component") -> "Component":
     if not is_of_session(cls):
         return component
     return type(parse(cls).component())(**component.given)
+
+
+def _word(value: int | str) -> str:
+    """Return a value as part of a name that C takes; two units never give the same."""
+    return re.sub(r"\W", "_", str(value).replace("/", "_per_"))
 
 
 def _of_class(cls: type) -> Reference:

@@ -16,8 +16,10 @@ LAWS = [
     "AdaptiveL2GainTracking",
     "AdaptiveTracking",
     "IntegralSlidingMode",
+    "LinearQuadraticRegulator",
     "PID",
     "PrescribedPerformance",
+    "QuaternionFeedback",
 ]
 IDENTITY = [1.0, 0.0, 0.0, 0.0]
 

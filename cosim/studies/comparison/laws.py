@@ -99,7 +99,8 @@ def _sized(reference: str, modes: int, locate: Locate) -> str:
     if "Omega" not in groups or len(groups["Omega"].elements) == modes:
         return reference
     head, *structure = reference.split(":")
-    return ":".join([head, *(part for part in structure if not part.startswith("modes=")), f"modes={modes}"])
+    kept = [part for several in structure for part in several.split(",") if not part.startswith("modes=")]
+    return ":".join([head, *kept, f"modes={modes}"])
 
 
 def _there(connection: Connection, fmus: Mapping[str, ModelDescription]) -> bool:

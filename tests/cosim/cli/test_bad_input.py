@@ -37,7 +37,8 @@ class TestNames:
         assert 'Did you mean "FlexibleSpacecraft"' in refused("build", "FlexibelSpacecraft")
         assert 'unknown component or system "zhang2018-act"' in refused("build", "zhang2018-act")
         assert "no variable 'mods'. Did you mean 'modes'" in refused("build", "FlexibleSpacecraft:mods=2")
-        assert "'modes=x' is not NAME=WHOLE NUMBER" in refused("build", "FlexibleSpacecraft:modes=x")
+        assert "modes = 'x' is not a whole number >= 0" in refused("build", "FlexibleSpacecraft:modes=x")
+        assert "'modes' is not NAME=VALUE, as in" in refused("build", "FlexibleSpacecraft:modes")
 
     def test_paper(self, refused):
         assert 'unknown paper "zhang2081" in the list of papers. Did you mean "zhang2018"?' in refused(

@@ -199,7 +199,7 @@ def test_fmpy_reports_the_failure_too(tmp_path):
     [
         ("FlexibelSpacecraft", "unknown component 'FlexibelSpacecraft'. Did you mean 'FlexibleSpacecraft'"),
         ("missing.py:Law", "there is no file missing.py"),
-        ("Sum:n", "'n' is not NAME=WHOLE NUMBER"),
+        ("Sum:n", "'n' is not NAME=VALUE, as in Sum:modes=6."),
     ],
 )
 def test_a_wrong_reference_is_answered_with_what_there_is(reference, words):
