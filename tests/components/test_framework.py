@@ -260,6 +260,16 @@ def test_rate_units():
     assert UNITS["kg(1/2).m"].scale(kg=4.0, m=3.0) == 6.0
 
 
+@pytest.mark.parametrize(
+    ("typed", "unit", "si"),
+    [("50 ms", "s", 0.05), ("2 h", "s", 7200.0), ("6000 rpm", "rad/s", 200 * np.pi), ("40 mN.m.s", "N.m.s", 0.04)]
+    + [("25 %", "1", 0.25), ("7000 km", "m", 7e6), ("350 g", "kg", 0.35), ("30 uN.m", "N.m", 3e-5)],
+)
+def test_units_as_people_type_them(typed, unit, si):
+    number, name = typed.split()
+    assert_allclose(float(number) / UNITS[unit].display[name], si, rtol=1e-15)
+
+
 # ---- sampled -------------------------------------------------------------------------------------------------------
 
 
