@@ -45,6 +45,7 @@ def load(name):
 
 
 def vector(references, name, size):
+    """Return the value references of an array."""
     return [references[f"{name}[{i}]"] for i in range(1, size + 1)]
 
 
@@ -56,6 +57,7 @@ attitude_error = vector(of_c, "attitude_error", 3)
 
 
 def measure():
+    """Give the controller the plant's attitude and rate."""
     for source, target in wires:
         c.setReal(target, p.getReal(source))
 

@@ -262,8 +262,16 @@ def test_rate_units():
 
 @pytest.mark.parametrize(
     ("typed", "unit", "si"),
-    [("50 ms", "s", 0.05), ("2 h", "s", 7200.0), ("6000 rpm", "rad/s", 200 * np.pi), ("40 mN.m.s", "N.m.s", 0.04)]
-    + [("25 %", "1", 0.25), ("7000 km", "m", 7e6), ("350 g", "kg", 0.35), ("30 uN.m", "N.m", 3e-5)],
+    [
+        ("50 ms", "s", 0.05),
+        ("2 h", "s", 7200.0),
+        ("6000 rpm", "rad/s", 200 * np.pi),
+        ("40 mN.m.s", "N.m.s", 0.04),
+        ("30 uN.m", "N.m", 3e-5),
+        ("25 %", "1", 0.25),
+        ("7000 km", "m", 7e6),
+        ("350 g", "kg", 0.35),
+    ],
 )
 def test_units_as_people_type_them(typed, unit, si):
     number, name = typed.split()
