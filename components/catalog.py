@@ -40,6 +40,7 @@ MODULES = {
     "PrescribedPerformance": "components.controllers.prescribed_performance",
     "ReactionWheels": "components.actuators.reaction_wheels",
     "Slew": "components.guidance.slew",
+    "StarTracker": "components.estimators.star_tracker",
     "StarTrackerGyro": "components.estimators.star_tracker_gyro",
     "Sum": "components.environment.sum",
     "Thrusters": "components.actuators.thrusters",
