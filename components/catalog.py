@@ -48,6 +48,7 @@ MODULES = {
     "ReactionWheels": "components.actuators.reaction_wheels",
     "Saturation": "components.signals.saturation",
     "Slew": "components.guidance.slew",
+    "StarTracker": "components.estimators.star_tracker",
     "StarTrackerGyro": "components.estimators.star_tracker_gyro",
     "Sum": "components.environment.sum",
     "Thrusters": "components.actuators.thrusters",

@@ -24,7 +24,7 @@ from typing import Any
 import casadi as ca
 
 from .. import vehicle
-from ..framework import ActuatorCluster, Component, Condition, Input, Output, Parameter, State
+from ..framework import ActuatorCluster, Component, Condition, Input, Output, Parameter, State, lag_condition
 from ..mathematics import allocation, cmg
 from ..mathematics.limits import saturated
 
@@ -93,10 +93,7 @@ class CmgCluster(Component):
             *vehicle.limit_conditions(self, p),
             *vehicle.installation_conditions(p),
         ]
-        step = vars(p)["solver.step"]
-        text = "gimbal_lag = {} s: it must be 0 or at least half the internal step, solver.step = {} s."
-        fits = ca.logic_or(p.gimbal_lag == 0, p.gimbal_lag >= step / 2)
-        return [*conditions, Condition(fits, text, (p.gimbal_lag, step))]
+        return [*conditions, lag_condition(p, "gimbal_lag")]
 
     def _rates_wanted(self, u: Any, p: Any) -> Any:
         limited = allocation.limited(u.gimbal_rate_command, p.gimbal_rate_limit)

@@ -1,7 +1,7 @@
 """Floor 0: what a component is. Declarations, units, CasADi functions, the internal integrator."""
 
 from .component import Component, PythonComponent
-from .conditions import flag_conditions, not_negative, positive
+from .conditions import flag_conditions, lag_condition, not_negative, positive
 from .equations import Condition
 from .errors import ComponentError
 from .ports import ActuatorCluster, AttitudeController, AttitudePlant, Environment, Guidance
@@ -24,6 +24,7 @@ __all__ = [
     "State",
     "Variable",
     "flag_conditions",
+    "lag_condition",
     "not_negative",
     "positive",
 ]

@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from typing import Any
 
+import casadi as ca
+
 from .component import Component
 from .equations import Condition
 
@@ -28,6 +30,13 @@ def flag_conditions(component: Component, p: Any, *names: str) -> list[Condition
         Condition(value * (value - 1) == 0, f"{what}: it must be 0 or 1.", (value,))
         for what, value in _elements(component, p, names)
     ]
+
+
+def lag_condition(p: Any, name: str) -> Condition:
+    """Return the condition that a time constant is zero, for none, or one that the internal integrator can follow."""
+    lag, step = vars(p)[name], vars(p)["solver.step"]
+    text = f"{name} = {{}} s: it must be 0 or at least half the internal step, solver.step = {{}} s."
+    return Condition(ca.logic_or(lag == 0, lag >= step / 2), text, (lag, step))
 
 
 def _elements(component: Component, p: Any, names: tuple[str, ...]) -> Iterator[tuple[str, Any]]:
