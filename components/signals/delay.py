@@ -1,14 +1,14 @@
 """Delay by whole samples, or by a time between them; sampled, as computers and buses delay.
 
-    r_0 = u, r_i = r_i-1 before the sample, i = 1 ... n: the ring, at every sample                (1)
+    at a sample the ring moves on by one: r_n, ..., r_1 are r_j of before, j one less, and r_0 = u (1)
     y = sum_i r_i max(0, 1 - |d/T - i|), over i = 1 ... n: the line between samples               (2)
     d = delay, or n T where that is 0: y = r_n                                                    (3)
     at the start: r_i = u                                                                         (4)
 
 Symbols: n samples, T sample_time. `Delay:samples=0` is sample and hold.
 Source: none needed; (1)-(4) are numbers of this file.
-Invariants: between samples y is held; at sample k y_k = u_k-n. With n > 0 no output follows its input directly: a delay
-opens an algebraic loop, but at the start, where (4) is solved with the loop.
+Invariants: between samples y is held; at a sample it is u of n samples before. With n > 0 no output follows its input
+directly: a delay opens an algebraic loop, but at the start, where (4) is solved with the loop.
 Limits: a delay that is no whole number of samples is a straight line between two, which takes out what is fast; the
 elements of a quaternion on it are not normalised. Before the first n samples u counts as what it was at the start.
 """

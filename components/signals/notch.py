@@ -30,7 +30,7 @@ class Notch(Signal):
         start=neutral.FREQUENCY,
         display_unit="Hz",
         tunable=True,
-        doc="frequency that is taken out, as 4 Hz",
+        doc="frequency that is taken out",
     )
     zeta_z = Parameter(
         unit="1", shape=("width",), start=0.05, tunable=True, doc="damping of the zeros; 0 takes all of it out"

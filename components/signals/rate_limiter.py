@@ -1,11 +1,11 @@
 """Rate limiter: a signal that moves by no more than its rate allows, sample by sample.
 
-    y_k = min(max(u_k, y_k-1 - rate T), y_k-1 + rate T)                                           (1)
+    y = min(max(u, y_0 - rate T), y_0 + rate T)                                                   (1)
     at the start: y = u                                                                           (2)
 
-Symbols: k samples, T sample_time.
+Symbols: y_0 what y was before the sample, T sample_time.
 Source: none needed; (1), (2) are numbers of this file.
-Invariants: |y_k - y_k-1| <= rate T; an input that is slower passes unchanged; a step of size d takes d/rate.
+Invariants: |y - y_0| <= rate T; an input that is slower passes unchanged; a step of size d takes d/rate.
 Limits: one rate for both ways; y is held between samples.
 """
 

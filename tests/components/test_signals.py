@@ -277,4 +277,23 @@ def test_in_flight(backend):
     assert_allclose(run["notch.y"], expected[:, None] * SIZE, atol=off)
 
 
-# ---- Basilisk ------------------------------------------------------------------------------------------------------
+@pytest.mark.peers
+def test_basilisk_limits_a_torque_the_same_way():
+    """Its saturation of one actuator, between -limit and limit."""
+    pytest.importorskip("Basilisk")
+    from Basilisk.architecture import messaging
+    from Basilisk.simulation import saturationSingleActuator
+
+    limits, u = np.array([0.5, 2.0, 3.0]), np.array([-0.7, 1.3, 3.1])
+    y = Point(made("Saturation", limit=limits), u=u).outputs()["y"]
+    for value, limit, found in zip(u, limits, y, strict=True):
+        module = saturationSingleActuator.SaturationSingleActuator()
+        command = messaging.SingleActuatorMsgPayload()
+        command.input = value
+        source = messaging.SingleActuatorMsg().write(command)
+        module.actuatorInMsg.subscribeTo(source)
+        module.setMinInput(-limit)
+        module.setMaxInput(limit)
+        module.Reset(0)
+        module.UpdateState(0)
+        assert_allclose(found, module.actuatorOutMsg.read().input, rtol=1e-9)

@@ -74,7 +74,7 @@ class ComponentPage:
     title: str
     body: tuple[Block, ...]
     sections: Mapping[str, tuple[Block, ...]]
-    structure: Mapping[str, int]
+    structure: Mapping[str, int | str]
     variables: tuple[Declared, ...]
     role: str = ""
     sample_time: float | None = None
