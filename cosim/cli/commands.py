@@ -1,4 +1,4 @@
-"""The command line, `adcs`: list, build, show, run, plot, verify, reproduce, compare. What it does is in what it calls.
+"""The command line, `adcs`: each command here or in a module of its own. What it does is in what it calls.
 
 A command imports what it needs: what flies and draws takes longer to import than a rebuild of nothing takes.
 """
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from cosim.cli import console, verifying
+from cosim.cli import console, plotting, verifying
 from cosim.cli.options import (
     Backend,
     Extrapolation,
@@ -29,6 +29,7 @@ from cosim.results.names import FORMATS
 from fmus.toolchain import SUFFIXES as PLATFORMS
 
 if TYPE_CHECKING:
+    from cosim.cli.library import Library
     from cosim.results.result import Result
 
 HELP = """Spacecraft attitude-control co-simulation with FMI 2.0 FMUs.
@@ -225,7 +226,8 @@ def run(
         if system.hold_unconnected:
             console.write_held(result, system.held)
         try:
-            _tell(name, result, plot, as_published=not any(option not in (None, []) for option in changed))
+            as_published = not any(option not in (None, []) for option in changed)
+            _tell(name, result, locate if plot else None, as_published)
         except ResultUnwritable as error:  # the run was flown; what ended it is the first to be told
             failure, error.result = failure or error, result
         if failure is not None:
@@ -234,28 +236,8 @@ def run(
             raise typer.Exit(1)
 
 
-@app.command("plot")
-def plot_(
-    folders: Annotated[list[Path], typer.Argument(help="Result folders; several are overlaid.")],
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="Folder for the figures (default: the first result's).")
-    ] = None,
-) -> None:
-    """Draw one run, or several overlaid."""
-    from cosim.results.result import Result
-    from cosim.studies import plots
-
-    with reported():
-        names = [folder.name for folder in folders]
-        labels = [n if names.count(n) == 1 else str(folder) for n, folder in zip(names, folders, strict=True)]
-        results = {label: Result.read(folder) for label, folder in zip(labels, folders, strict=True)}
-        drawn = plots.save(plots.draw(results), out or folders[0])
-        for path in drawn:
-            typer.echo(path)
-        if not drawn:
-            console.note_nothing_drawn()
-
-
+app.command("plot")(plotting.plot_)
+app.command("metrics")(plotting.metrics_)
 app.command("verify")(verifying.verify_)
 
 
@@ -344,8 +326,11 @@ def compare_(
         raise typer.Exit(1)
 
 
-def _tell(name: str, result: "Result", plot: bool, as_published: bool) -> None:
-    """Print metrics, the claims that this run decides (of the paper's own parameters only), and the files written."""
+def _tell(name: str, result: "Result", locate: "Library | None", as_published: bool) -> None:
+    """Print metrics, the claims that this run decides (of the paper's own parameters only), and the files written.
+
+    `locate`: figures are drawn too.
+    """
     from cosim.results.names import FILES
     from cosim.studies import papers
 
@@ -359,11 +344,13 @@ def _tell(name: str, result: "Result", plot: bool, as_published: bool) -> None:
     if result.folder is None:
         return
     files = [result.folder / file for file in FILES if (result.folder / file).exists()]
-    if plot and len(result) > 1:
+    if locate is not None and len(result) > 1:
         from cosim.studies import plots
 
-        drawn = papers.draw_run(name, result) if own else plots.draw({result.info["system"]: result})
+        drawn, notes = plotting.draw_runs({result.info["system"]: result}, locate)
         files += plots.save(drawn, result.folder)
+        for note in notes:
+            console.note(note)
         if not drawn:
             console.note_nothing_drawn()
     console.write_files(files)

@@ -56,6 +56,11 @@ def find(run: Result) -> dict[str, str]:
     }
 
 
+def upstream(run: Result, instance: str) -> set[str]:
+    """Return what is connected to an instance of a run, also through instances without one of the four roles."""
+    return _upstream(instance, find(run), _sources(run))
+
+
 def of_descriptions(descriptions: Mapping[str, ModelDescription]) -> dict[str, str]:
     """Return the role of every instance that has one, of a system that has not flown."""
     return {

@@ -22,7 +22,7 @@ from cosim.studies.metrics.pointing import (
     settling_time,
     slew_end,
 )
-from cosim.studies.metrics.rows import first, rotations, series
+from cosim.studies.metrics.rows import first, rotations, series, settings
 from cosim.studies.metrics.table import MetricTable, tabulate
 from cosim.studies.metrics.torque import torque
 
@@ -37,6 +37,7 @@ __all__ = [
     "reference_rate",
     "rotations",
     "series",
+    "settings",
     "settled_after",
     "settling_time",
     "slew_end",

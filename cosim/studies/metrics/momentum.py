@@ -30,7 +30,7 @@ from cosim.studies.roles import Loop
 
 STEP_MEAN = "step mean"  # a timing in run.json
 HELD = {"at_point": -0.5, "after_step": 0.5}
-KEPT = 1e-6  # of the momentum: an exchange that loses less keeps it, for all that an attitude engineer asks
+KEPT = 1e-5  # of the momentum: a drift that is known to this part of it is shown, whoever it is of
 FEWEST = 5  # rows: Simpson's rule over every second one takes three
 DRIFT = "momentum drift (N.m.s)"
 

@@ -1,6 +1,7 @@
 """Rows of a result as arrays, and how long each row stands."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from cosim.arrays import FloatArray
 from cosim.results.result import Result
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
     from scipy.spatial.transform import Rotation
 
 
@@ -19,6 +21,13 @@ def series(run: Result, name: str) -> FloatArray | None:
 def first(run: Result, *names: str) -> FloatArray | None:
     """Return the rows of the first variable of `names` that was recorded."""
     return next((rows for name in names if (rows := series(run, name)) is not None), None)
+
+
+def settings(run: Result, name: str, otherwise: "ArrayLike" = ()) -> list[float]:
+    """Return the elements of a parameter as a run flew it, in its FMU's unit; `otherwise`: where run.json has none."""
+    parameters: Mapping[str, Any] = run.info.get("parameters") or {}
+    found = [v["value"] for key, v in parameters.items() if key == name or key.startswith(f"{name}[")]
+    return [float(v) for v in found] or [float(v) for v in np.atleast_1d(np.asarray(otherwise, float))]
 
 
 def rotations(quaternions: FloatArray) -> "Rotation":

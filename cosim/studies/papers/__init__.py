@@ -4,6 +4,7 @@ paper.py    what a paper has, and the only list of them; names and words are the
 flight.py   what an experiment is
 claims.py   what a claim is, and how it is judged
 single.py   what one run decides and shows
+overlaid.py figures from runs of experiments, as published or not, over one another
 """
 
 from cosim.studies.papers.paper import PAPERS, Paper, describe, find, find_owner, scenario

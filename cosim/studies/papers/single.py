@@ -45,7 +45,7 @@ def _decided(claim: "Claim", name: str) -> "Claim | None":
 
 
 def draw_run(name: str, result: "Result") -> "dict[str, Figure]":
-    """Return the figures of one run: those of its paper for which it suffices, and those of any attitude run."""
+    """Return the figures of one run as published: its paper's for which it suffices, and those of any attitude run."""
     from cosim.studies import plots
 
     owner = find_owner(name)

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -11,7 +10,9 @@ from matplotlib.figure import Figure
 
 from cosim.arrays import FloatArray
 from cosim.results.result import Result
-from cosim.studies.metrics import attitude_error, first, reference_rate, series, torque
+from cosim.studies.metrics import attitude_error, first, reference_rate, series, settings, torque
+from cosim.studies.plots.clusters import draw_clusters
+from cosim.studies.plots.estimates import draw_estimates
 from cosim.studies.plots.style import (
     COLOURS,
     GREY,
@@ -32,7 +33,7 @@ NO_LIMIT = 1e9  # N m, a torque limit that stands for none
 def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
     """Return the figures that any attitude run has, by file name; runs are named by the keys of `results`.
 
-    Of several plants in a run, each has figures of its own, NAME_PLANT.
+    Of several plants in a run, each has figures of its own, NAME_PLANT; clusters, sensors and estimators have theirs.
     """
     of_run = {name: loops(result) for name, result in results.items()}
     plants = list(dict.fromkeys(loop.plant for found in of_run.values() for loop in found))
@@ -47,7 +48,7 @@ def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
                 if not several or loop.plant == plant
             }
             figures |= {f"{name}_{plant}" if several else name: figure for name, figure in _draw(views).items()}
-    return figures
+    return figures | draw_clusters(results) | draw_estimates(results)
 
 
 @dataclass(frozen=True)
@@ -88,12 +89,10 @@ def _draw(views: Views) -> dict[str, Figure]:
 def limits(result: Result, loop: Loop | None = None) -> list[float]:
     """Return the torque limits that the parameters of a loop state, N m, one per axis or one for all; [] if none."""
     loop = loops(result)[0] if loop is None else loop
-    parameters: Mapping[str, Any] = result.info.get("parameters") or {}
     for instance in (*loop.actuators, loop.plant, *loop.controllers):
-        start = f"{instance}.torque_limit"
-        found = [v["value"] for name, v in parameters.items() if name == start or name.startswith(start + "[")]
+        found = settings(result, f"{instance}.torque_limit")
         if found:
-            return [] if max(found) >= NO_LIMIT else [float(v) for v in found]
+            return [] if max(found) >= NO_LIMIT else found
     return []
 
 

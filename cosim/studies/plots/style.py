@@ -4,6 +4,7 @@ Every axis names its quantity and unit; angles are in degrees. Runs differ in co
 blind) and in line style. Small numbers are shown times a power of ten that stands in the label.
 """
 
+import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast
@@ -15,6 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from cosim.arrays import FloatArray
+from cosim.errors import UnknownName
 from cosim.results.folder import make_folder, writing
 from cosim.results.result import Result
 
@@ -22,6 +24,11 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 LINES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (6, 1.5, 1.2, 1.5)), (0, (1.2, 1.2)))
 GREY = "#606060"
 DPI = 150
+SMALLEST = 5.0  # points of a label
+MARGIN = 0.01  # of a figure's width, left free by its legend
+UNDATED: Mapping[str, dict[str, Any]] = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
+KINDS = tuple(UNDATED)
+"""Formats of figures; what a file would have of the clock is left out, so that equal figures are equal files."""
 STYLE: dict[Any, Any] = {
     "font.size": 10,
     "axes.labelsize": 10,
@@ -38,6 +45,7 @@ STYLE: dict[Any, Any] = {
     "axes.formatter.useoffset": False,
     "lines.linewidth": 1.4,
     "figure.constrained_layout.use": True,
+    "svg.hashsalt": "adcs-cosim",  # of the names within, else random
 }
 UNITS = {
     "N.m": "N m",
@@ -48,16 +56,60 @@ UNITS = {
 }
 
 
-def save(figures: Mapping[str, Figure], folder: Path | str) -> list[Path]:
-    """Write the figures to folder/<name>.png and return the files; raises `ResultUnwritable`."""
+def check_kinds(kinds: Sequence[str]) -> None:
+    """Raise `UnknownName` for a format that figures are not written in."""
+    for kind in kinds:
+        if kind not in KINDS:
+            raise UnknownName("format", kind, "figures", KINDS)
+
+
+def save(
+    figures: Mapping[str, Figure],
+    folder: Path | str,
+    kinds: Sequence[str] = ("png",),
+    size: tuple[float, float] | None = None,
+    dpi: int = DPI,
+) -> list[Path]:
+    """Write the figures to folder/<name>.<kind> and return the files; `size` in inch, None: as they were drawn.
+
+    Raises `UnknownName` for a kind that there is not, `ResultUnwritable`.
+    """
+    check_kinds(kinds)
     folder = Path(folder)
-    files = [folder / f"{name}.png" for name in figures]
     make_folder(folder)
+    files: list[Path] = []
     with mpl.rc_context(STYLE):
-        for figure, file in zip(figures.values(), files, strict=True):
-            with writing(file):
-                figure.savefig(file, dpi=DPI)
+        for name, figure in figures.items():
+            if size is not None:
+                resize(figure, *size)
+            for kind in kinds:
+                file = folder / f"{name}.{kind}"
+                with writing(file):
+                    figure.savefig(file, dpi=dpi, metadata=UNDATED[kind])
+                files.append(file)
     return files
+
+
+def resize(figure: Figure, width: float, height: float) -> None:
+    """Give a figure another size in inch: title and legend go onto as many lines, labels get as small, as it takes."""
+    figure.set_size_inches(width, height)
+    title = figure.get_suptitle()
+    if title:
+        letters = width * 72 / (0.55 * float(figure._suptitle.get_fontsize()))  # pyright: ignore[reportAttributeAccessIssue]
+        figure.suptitle("\n".join(textwrap.wrap(title, max(10, int(letters)), break_long_words=False)))
+    if figure.legends:
+        legend(figure, columns=len(figure.legends[0].texts))
+    figure.draw_without_rendering()
+    axes = [ax for ax in figure.axes if ax.get_visible()]
+    fit_labels(axes, min((ax.get_window_extent().height for ax in axes), default=0.0))
+
+
+def fit_labels(axes: Sequence[Axes], height: float) -> None:
+    """Make the labels of panels no longer than the panels are high, in dots, by smaller letters, the same for all."""
+    labels = [ax.yaxis.label for ax in axes if ax.get_ylabel()]
+    part = min((height / max(label.get_window_extent().height, 1.0) for label in labels), default=1.0)
+    for label in labels if part < 1 else ():
+        label.set_fontsize(max(SMALLEST, part * float(label.get_fontsize())))
 
 
 def panels(rows: int, columns: int = 1, title: str = "", height: float = 1.75) -> tuple[Figure, list[list[Axes]]]:
@@ -111,13 +163,19 @@ def beyond_linear(ax: Axes, threshold: float, largest: float) -> None:
 
 
 def legend(figure: Figure, columns: int = 4) -> None:
-    """Put one legend under the panels, each label once."""
+    """Put one legend under the panels, each label once, in as many columns, `columns` at most, as the page is wide."""
     entries: dict[str, Any] = {}
     for ax in figure.axes:
         handles, labels = ax.get_legend_handles_labels()
         entries |= {label: handle for handle, label in zip(handles, labels, strict=True) if label not in entries}
-    if entries:
-        figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=min(columns, len(entries)))
+    for older in list(figure.legends):
+        older.remove()
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    for count in range(min(columns, len(entries)), 0, -1):
+        made = figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=count)
+        if made.get_window_extent(renderer).width <= (1 - MARGIN) * figure.bbox.width or count == 1:
+            return
+        made.remove()
 
 
 def label(name: str, unit: str | None, exponent: int = 0) -> str:

@@ -172,13 +172,10 @@ class TestFiles:
         run("--set", "plant.zeta=0.1", out="b/x")
         both = adcs("plot", "a/x", "b/x", "--out", "both")
         assert (folder / "both" / "attitude_error.png").is_file()
-        assert sorted(both.out.split()) == [f"both/{p.name}" for p in sorted((folder / "both").iterdir())]
+        drawn = [line for line in both.out.splitlines() if line.startswith("both/")]
+        assert sorted(drawn) == [f"both/{p.name}" for p in sorted((folder / "both").iterdir())]
         assert adcs("plot", "b/x").status == 0
         assert (folder / "b" / "x" / "rates.png").is_file()
-
-    def test_figures_of_other_parameters_are_not_called_the_papers(self, run, folder):
-        run("--plot", "--set", "controller.rho_inf=0.01 deg")
-        assert {p.name[:3] for p in (folder / "out").glob("*.png")} and not list((folder / "out").glob("fig*.png"))
 
     def test_nothing_to_draw_is_said(self, adcs, folder):
         (folder / "alone.py").write_text(own_files.ALONE.format(unit="HarmonicTorque", stop=0.1, kernel="auto"))
@@ -357,7 +354,9 @@ def test_reproduce_all_papers(adcs, folder):
         assert Result.read(folder / "all" / name.partition("-")[0] / name).info["metrics"] == metrics
         assert f"| {name} | " in report
         assert {"settling time (s)", "APE max (deg)", "APE 99.7 % (deg)", "RPE max (deg)"} <= set(metrics)
-        assert ("momentum drift (N.m.s)" in metrics) == (not name.startswith("li2014"))
+        # a drag-free satellite has none; of PPATC in radians, 1.2e4 1/s at the start, rows 10 ms apart cannot tell it
+        told = not name.startswith("li2014") and name not in ("zhang2018-ppatc-rad", "zhang2018-ppatc-half-rad")
+        assert ("momentum drift (N.m.s)" in metrics) == told
     for paper, titles in said["figures"].items():
         drawn = {path.stem for path in (folder / "all" / paper).glob("*.png")}
         assert drawn == set(titles)

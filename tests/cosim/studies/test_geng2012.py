@@ -277,7 +277,7 @@ def test_a_run_that_ended_early_is_not_judged():
 def test_figures_are_those_of_the_paper():
     drawn = papers.PAPERS["geng2012"].draw({name: synthetic(settles=30 + 5 * i) for i, name in enumerate(NAMES)})
     numbered = {"fig04_fig06_attitude_error", "fig04_fig06_rates", "fig05_fig09_modal_coordinates"}
-    further = {"fig07_singularity_and_gimbals", "fig08_estimate", "torque", "all_experiments"}
+    further = {"fig07_singularity_and_gimbals", "fig08_estimate", "asked_and_given_torque", "all_experiments"}
     of_clusters = {f"{name}_clusters" for name in ("fig04_fig06", "fig05_fig09", "fig07", "fig08")}
     assert set(drawn) == numbered | further | of_clusters | {"lyapunov", "prepositioning"}
     for name in of_clusters:
@@ -290,7 +290,7 @@ def test_figures_are_those_of_the_paper():
     assert overlaid == ["with compensation", r"without, $\rho_0$ = 0.15 N m", "linear law", "0.1 deg"]
     gyros = [text.get_text() for text in drawn["fig07_singularity_and_gimbals"].legends[0].texts]
     assert gyros[:3] == overlaid[:3] and gyros[-3:] == ["singular below 0.01", "rate limit", "dead zone"]
-    torque = [text.get_text() for text in drawn["torque"].legends[0].texts]
+    torque = [text.get_text() for text in drawn["asked_and_given_torque"].legends[0].texts]
     assert torque == ["asked", "on the hub", "by the wheels", "limit, plane", "limit, wheels"]
     shown = {t.get_text() for ax in drawn["all_experiments"].axes for t in ax.get_legend().texts}
     assert shown == {name.removeprefix("geng2012-") for name in NAMES} | {"0.1 deg"}

@@ -11,7 +11,7 @@ from components.numbers.geng2012 import DEAD_ZONE, PLANE_TORQUE, RATE_LIMIT, WHE
 from cosim.arrays import FloatArray
 from cosim.results.result import Result
 from cosim.studies import plots
-from cosim.studies.metrics import attitude_error, series
+from cosim.studies.metrics import attitude_error, series, settings
 from cosim.studies.papers.geng2012 import clusters
 from cosim.studies.papers.geng2012.measures import POINTING, SETTLED_RHO, SINGULAR
 from cosim.studies.papers.geng2012.system import (
@@ -100,7 +100,7 @@ def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
         if networks:
             drawn["fig08_estimate"] = _estimate(networks)
         if pair:
-            drawn["torque"] = _torque(pair)
+            drawn["asked_and_given_torque"] = _torque(pair)
         others = {name for names in GROUPS.values() for name in names} - {COMPENSATED, UNCOMPENSATED, LINEAR}
         if others & set(results):
             drawn["all_experiments"] = _all(results)
@@ -203,7 +203,9 @@ def _gyros(runs: Mapping[str, Result]) -> Figure:
     figure, grid = plots.panels(
         3, columns, "Gyros, configuration N but where said (figure 7); gyro 1 full, 2 broken", height=2.1
     )
-    limit = float(np.degrees(RATE_LIMIT))
+    first = next(iter(runs.values()))
+    limit = float(np.degrees(max(settings(first, "actuators.gimbal_rate_limit", RATE_LIMIT))))
+    dead = float(np.degrees(max(settings(first, "steering.gimbal_dead_zone", np.radians(DEAD_ZONE)))))
     for column in range(columns):
         measure, angle, rate = (row[column] for row in grid)
         for name, run in runs.items():
@@ -220,7 +222,7 @@ def _gyros(runs: Mapping[str, Result]) -> Figure:
         rate.set_ylim(-1.4 * limit, 1.4 * limit)
         rate.set_xlim(0, min(END, end))
         if column == 1:
-            rate.axhspan(-DEAD_ZONE, DEAD_ZONE, color="#000000", alpha=0.07, linewidth=0, label="dead zone")
+            rate.axhspan(-dead, dead, color="#000000", alpha=0.07, linewidth=0, label="dead zone")
             rate.set_ylim(-NEAR, NEAR)
             rate.set_xlim(20.0, min(END, end))
     grid[0][0].set_ylabel(r"$\det(A A^T)$ (1)")
@@ -262,6 +264,8 @@ def _torque(runs: Mapping[str, Result]) -> Figure:
     """Draw what the law asks for, what hub and wheels get and their limits; a column a run."""
     figure, grid = plots.panels(3, len(runs), "Torque on the hub: asked and given, configuration N", height=2.0)
     for column, (name, run) in enumerate(runs.items()):
+        plane = settings(run, "steering.plane_torque_limit", PLANE_TORQUE)[0]
+        wheel = settings(run, "actuators.wheel_torque_limit", [WHEEL_TORQUE] * 3)
         accelerations = series(run, "steering.wheel_acceleration_command")
         for i, (row, axis) in enumerate(zip(grid, "xyz", strict=True)):
             ax = row[column]
@@ -272,9 +276,9 @@ def _torque(runs: Mapping[str, Result]) -> Figure:
                 ax.plot(run.time, -_wheel_inertia(run) * accelerations[:, i], label="by the wheels", **wheels)
             for side in (1, -1):
                 if axis != "z":
-                    ax.axhline(side * PLANE_TORQUE, color=plots.GREY, linewidth=1, linestyle="--", label="limit, plane")
+                    ax.axhline(side * plane, color=plots.GREY, linewidth=1, linestyle="--", label="limit, plane")
                 look: dict[str, Any] = {"color": plots.GREY, "linewidth": 1, "linestyle": plots.LINES[3]}
-                ax.axhline(side * WHEEL_TORQUE, label="limit, wheels", **look)
+                ax.axhline(side * wheel[i], label="limit, wheels", **look)
             ax.set_xlim(0, min(40.0, run.time[-1]))
             row[0].set_ylabel(rf"$\tau_{axis}$ (N m)")
         grid[0][column].set_title(name)
@@ -284,9 +288,7 @@ def _torque(runs: Mapping[str, Result]) -> Figure:
 
 
 def _wheel_inertia(run: Result) -> float:
-    parameters: Mapping[str, Any] = run.info.get("parameters") or {}
-    found = [v["value"] for name, v in parameters.items() if name.startswith("actuators.wheel_inertia")]
-    return float(found[0]) if found else 0.02
+    return settings(run, "actuators.wheel_inertia", 0.02)[0]
 
 
 def _all(results: Mapping[str, Result]) -> Figure:

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from cosim.results.result import Result
 from cosim.studies import plots
-from cosim.studies.metrics import series
+from cosim.studies.metrics import series, settings
 from cosim.studies.papers.claims import AXES
 from cosim.studies.papers.xiao2011 import storage
 from cosim.studies.papers.xiao2011.system import (
@@ -176,8 +176,9 @@ def _torque(runs: Mapping[str, Result], title: str) -> Figure:
     for column, (name, run) in enumerate(runs.items()):
         for i, row in enumerate(grid):
             asked, given = run["controller.u"][:, i], run["actuators.tau_B"][:, i]
-            plots.asked_and_given(row[column], run.time, asked, given, (-U_MAX, U_MAX))
-            plots.beyond_linear(row[column], U_MAX, largest)
+            limit = min(settings(run, "actuators.torque_limit", U_MAX))
+            plots.asked_and_given(row[column], run.time, asked, given, (-limit, limit))
+            plots.beyond_linear(row[column], limit, largest)
             row[0].set_ylabel(plots.label(f"$u_{i + 1}$, {AXES[i]}", "N.m"))
         grid[0][column].set_title(name)
         grid[0][column].set_xlim(0, _last(runs))

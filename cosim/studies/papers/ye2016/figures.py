@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from cosim.arrays import FloatArray
 from cosim.results.result import Result
 from cosim.studies import plots
+from cosim.studies.metrics import settings
 from cosim.studies.papers.ye2016.system import (
     ADAPTIVE,
     ADAPTIVE_SLOW,
@@ -149,8 +150,9 @@ def _norms(runs: Mapping[str, Result]) -> Figure:
                 ax.plot(time, shown, label=f"estimate, $i = {i + 1}$", linewidth=1.0, **look)
                 look |= {"linestyle": plots.LINES[3], "linewidth": 0.8}
                 ax.axhline(size[i], label=f"true, $i = {i + 1}$", **look)
-            ax.axhline(BETA_G, color=plots.GREY, linewidth=1, linestyle="--", label=rf"$\beta$ = {BETA_G:g}")
-            edge = BETA_G + DELTA_G
+            beta = settings(run, "controller.b", BETA_G)[0]
+            ax.axhline(beta, color=plots.GREY, linewidth=1, linestyle="--", label=rf"$\beta$ = {beta:g}")
+            edge = beta + settings(run, "controller.d", DELTA_G)[0]
             ax.axhline(edge, color=plots.GREY, linewidth=1, label=rf"$\beta + \delta$ = {edge:g}")
             ax.set_yscale("log")
             ax.set_ylim(1e-9 if what == "cG" else 1e-18, 1.0)

@@ -9,19 +9,17 @@ from matplotlib.figure import Figure
 
 from cosim.results.result import Result
 from cosim.studies import plots
-from cosim.studies.metrics import reference_rate, series
+from cosim.studies.metrics import reference_rate, series, settings
 from cosim.studies.papers.claims import AXES
 from cosim.studies.papers.zhang2018.system import (
     ATC,
     ATC_HALF,
-    OVERSHOOT,
     PPATC,
     PPATC_HALF,
     READINGS,
     RHO_INF,
-    THETA_0,
 )
-from cosim.studies.papers.zhang2018.tracking import STEADY, angles, bound, tracking_error
+from cosim.studies.papers.zhang2018.tracking import STEADY, angles, performance, tracking_error
 
 SHORT = {PPATC: "PPATC", ATC: "ATC", PPATC_HALF: "PPATC, half gains", ATC_HALF: "ATC, half gains"}
 LOOKS: dict[str, dict[str, Any]] = {  # blue: PPATC, orange: ATC, the paler with half gains
@@ -71,25 +69,28 @@ def _errors(runs: Mapping[str, Result], title: str) -> Figure:
     columns = 2 if end > STEADY else 1
     figure, grid = plots.panels(3, columns, title, height=2.1)
     longest = max(runs.values(), key=lambda run: run.time[-1])
-    rho = bound(longest.time)
+    bounded = next((run for run in runs.values() if settings(run, "controller.rho_0")), longest)
+    rhos, overshoots = performance(bounded)
+    steady = max(np.degrees(settings(bounded, "controller.rho_inf", np.radians(RHO_INF))))
     errors = {name: tracking_error(run) for name, run in runs.items()}
     for i, (row, axis) in enumerate(zip(grid, AXES, strict=True)):
         for name, run in runs.items():
             for ax in row:
                 ax.plot(run.time, errors[name][:, i], label=name, **LOOKS[name])
-        lo, hi = (-OVERSHOOT, 1.0) if THETA_0[i] >= 0 else (-1.0, OVERSHOOT)
+        rho, start = rhos[:, i], errors[next(iter(runs))][0, i]
+        lo, hi = (-overshoots[i], 1.0) if start >= 0 else (-1.0, overshoots[i])
         for ax in row:
-            ax.fill_between(longest.time, lo * rho, hi * rho, color="#000000", alpha=0.07, linewidth=0, label="bounds")
+            ax.fill_between(bounded.time, lo * rho, hi * rho, color="#000000", alpha=0.07, linewidth=0, label="bounds")
             for side in (lo, hi):
-                ax.plot(longest.time, side * rho, color=plots.GREY, linewidth=0.8)
+                ax.plot(bounded.time, side * rho, color=plots.GREY, linewidth=0.8)
         row[0].set_ylabel(f"$e_{i + 1}$, {axis} (deg)")
         row[0].set_xlim(0, min(60.0, end))
         if columns == 2:
             row[1].set_xlim(STEADY, end)
-            row[1].set_ylim(-1.3 * RHO_INF, 1.3 * RHO_INF)
+            row[1].set_ylim(-1.3 * steady, 1.3 * steady)
     if columns == 2:
         grid[0][0].set_title("transient")
-        grid[0][1].set_title(f"steady state; bounds {RHO_INF:g} deg")
+        grid[0][1].set_title(f"steady state; bounds {steady:.4g} deg")
     figure.align_ylabels([row[0] for row in grid])
     plots.legend(figure, columns=5)
     return figure
