@@ -1,7 +1,7 @@
 """Co-simulation of attitude-control systems: FMI 2.0 FMUs wired by a master, recorded, judged.
 
-What a script needs is here by its name, and loaded when it is first used: System, Connection, Experiment, Value, load,
-Library, prepare, simulate, Result; the masters Explicit, Iterated, ErrorControlled.
+What a script needs is here by its name, and loaded when it is first used: System, Connection, Experiment, Signal,
+Value, load, Library, prepare, simulate, Result; the masters Explicit, Iterated, ErrorControlled.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from cosim.masters.iterated import Iterated
     from cosim.results.result import Result
     from cosim.slaves.slave import Slave
-    from cosim.system import Connection, Experiment, System, Value
+    from cosim.system import Connection, Experiment, Signal, System, Value
     from cosim.system.swap import SwapReport
 
 __all__ = [
@@ -31,6 +31,7 @@ __all__ = [
     "Iterated",
     "Library",
     "Result",
+    "Signal",
     "System",
     "Value",
     "load",
@@ -48,6 +49,7 @@ _HOMES = {
     "Iterated": "cosim.masters.iterated",
     "Library": "cosim.cli.library",
     "Result": "cosim.results.result",
+    "Signal": "cosim.system",
     "System": "cosim.system",
     "Value": "cosim.system",
     "load": "cosim.cli.scenario",

@@ -43,6 +43,19 @@ class ParameterError(SimulationError):
 
 
 @dataclass(eq=False)
+class SignalError(SimulationError):
+    """A time series that cannot feed an input: unreadable, not increasing, not finite, too short, of another width."""
+
+    signal: str
+    problem: str
+    advice: str = ""
+
+    def __str__(self) -> str:
+        """Signal, problem, advice."""
+        return f"signal {self.signal}: {self.problem}. {self.advice}".rstrip()
+
+
+@dataclass(eq=False)
 class CyclicOrder(SimulationError):
     """Components that each have to step before the other; `connections` reads "a.x -> b.u (after_step)"."""
 

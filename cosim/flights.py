@@ -1,6 +1,5 @@
 """From a system and an experiment to a result: prepare once, fly many times; or all in one call."""
 
-import logging
 import time
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext, suppress
@@ -9,29 +8,37 @@ from pathlib import Path
 from typing import Any, cast
 
 from cosim import remedy
-from cosim.errors import FmuError, NotSupported, ResultUnreadable, ResultUnwritable, SimulationError, StepFailed
+from cosim.errors import (
+    FmuError,
+    NotSupported,
+    ResultUnreadable,
+    ResultUnwritable,
+    SimulationError,
+    StepFailed,
+    WiringErrors,
+)
+from cosim.flight import Flight, Progress, warn
 from cosim.masters.explicit import Explicit
 from cosim.masters.initialization.initialize import Initialization
-from cosim.masters.interrupt import Asked, interruptible
 from cosim.masters.kernel import crash
-from cosim.masters.master import Course, Flown, Master
-from cosim.masters.point import Point
-from cosim.masters.run import run
-from cosim.masters.watch import Watch
+from cosim.masters.kernel.library import signal_functions
+from cosim.masters.master import Course, Master
 from cosim.results import formats, process, runinfo, story
-from cosim.results.claim import claimed, release
+from cosim.results.claim import claimed
 from cosim.results.effective import Effective
-from cosim.results.folder import place, write_info
-from cosim.results.recorder import Recorder
+from cosim.results.folder import place
 from cosim.results.result import Judge, Result
 from cosim.slaves import crew as crews
 from cosim.slaves.crew import Crew, Crews
 from cosim.slaves.fmi2 import FmuSlave
 from cosim.slaves.pending import Patience
 from cosim.slaves.slave import Slave
+from cosim.slaves.tabulated import Tabulated
+from cosim.system import feeds
 from cosim.system.expand import rewire, wire
-from cosim.system.overrides import with_parameters
+from cosim.system.overrides import with_inputs, with_parameters
 from cosim.system.reference import Reference, is_fmu, name_of, reference_of
+from cosim.system.signal import Signal
 from cosim.system.swap import SwapReport
 from cosim.system.system import Experiment, System
 from cosim.system.wiring import Wiring
@@ -39,11 +46,6 @@ from cosim.time import Schedule
 
 Locate = Callable[[Any], Path]
 """FMU reference, as `System` has it, -> path."""
-
-Progress = Callable[[float, float], None]
-
-_log = logging.getLogger(__name__)
-_told: set[str] = set()
 
 
 def simulate(
@@ -122,6 +124,14 @@ class _Plan:
     initialization: Initialization
     effective: Effective
     info: Mapping[str, Any]
+    signals: Mapping[str, feeds.Pieces]
+
+    def tabulated(self) -> dict[str, Tabulated]:
+        """Return the instances that signals are, new ones: they cost no more than a reset would."""
+        return {
+            name: Tabulated(feed, feeds.description(feed), self.signals[name], signal_functions)
+            for name, feed in self.wiring.feeds.items()
+        }
 
 
 class Prepared:
@@ -172,6 +182,7 @@ class Prepared:
         experiment: Experiment,
         *,
         parameters: Mapping[str, Any] | None = None,
+        inputs: Mapping[str, Signal] | None = None,
         record: Sequence[str] | None = None,
         out: Path | str | None = None,
         overwrite: bool = False,
@@ -181,7 +192,8 @@ class Prepared:
     ) -> Result:
         """Run an experiment and return what it recorded.
 
-        `parameters`, `record`: instead of the system's and the experiment's. `out`: the result folder (None: nothing
+        `parameters`, `inputs`, `record`: instead of the system's and the experiment's; a signal takes the place of the
+        connection to its input too. `out`: the result folder (None: nothing
         is left on disk). `progress(t, stop_time)`, both in s, is called some times a second. `advise`: where a flight
         diverges, try shorter steps for some seconds, and let the error say which one passes.
 
@@ -200,16 +212,17 @@ class Prepared:
             story.refuse_existing(folder)
         experiment = experiment if record is None else replace(experiment, record=record)
         patience = Patience(experiment.pending_timeout)
-        plan = self._plan(experiment, parameters, tuple(experiment.record))
+        plan = self._plan(experiment, parameters, tuple(experiment.record), inputs)
         for line in plan.info["warnings"]:
-            _warn(line)
+            warn(line)
         if folder is not None:
             schedule = plan.course.schedule
             formats.check_room(format, plan.course.layout.columns, schedule.steps // schedule.every + 2)
         with self._crew() as crew:
             schedule = plan.course.schedule
             stop = schedule.time(schedule.steps) if experiment.announce_stop_time else None
-            point = plan.initialization.start(crew, schedule.time(0), experiment.tolerance, stop)
+            slaves: Crew = {**crew, **plan.tabulated()}
+            point = plan.initialization.start(slaves, schedule.time(0), experiment.tolerance, stop)
             with claimed(folder):
                 if folder is not None:
                     if not overwrite:
@@ -219,7 +232,7 @@ class Prepared:
                 if folder is not None:  # a third of the cost of a short flight that is not kept
                     info["values"] = plan.effective.read(crew, plan.wiring.settings)
                 with story.told(folder, info) as tale:
-                    flight = _Flight(plan.course, crew, point, folder, progress, info, patience)
+                    flight = Flight(plan.course, slaves, point, folder, progress, info, patience)
                     flight.fly(tale.problem)
                     refused = crews.end(crew, getattr(flight.failure, "component", None))
                     result, failure = self._result(plan, flight, folder, format)
@@ -227,7 +240,7 @@ class Prepared:
                     result.info["wall_time"] = {"total": time.perf_counter() - began, "loop": flight.wall_time}
                     problem = tale.end(result.info)
                     if advise and isinstance(failure, StepFailed):
-                        self._advise(failure, experiment, parameters)
+                        self._advise(failure, experiment, parameters, inputs)
                         if failure.remedy:
                             result.info |= runinfo.broken(failure)
                             problem = tale.end(result.info)
@@ -241,11 +254,17 @@ class Prepared:
             raise failure
         return result
 
-    def _advise(self, failure: StepFailed, experiment: Experiment, parameters: Mapping[str, Any] | None) -> None:
+    def _advise(
+        self,
+        failure: StepFailed,
+        experiment: Experiment,
+        parameters: Mapping[str, Any] | None,
+        inputs: Mapping[str, Signal] | None,
+    ) -> None:
         if self._paths.keys() == self.system.components.keys():  # instances that are given fly one flight only
 
             def fly(trial: Experiment, look: Progress) -> Result:
-                return self.fly(trial, parameters=parameters, progress=look, advise=False)
+                return self.fly(trial, parameters=parameters, inputs=inputs, progress=look, advise=False)
 
             remedy.advise(failure, experiment, experiment.master or Explicit(), fly)
 
@@ -257,21 +276,32 @@ class Prepared:
         finally:
             self._crews.give_back(crew)
 
-    def _plan(self, experiment: Experiment, parameters: Mapping[str, Any] | None, record: tuple[str, ...]) -> _Plan:
-        """Return what the flight needs beside instances; it is kept, but for parameters of this flight's own."""
+    def _plan(
+        self,
+        experiment: Experiment,
+        parameters: Mapping[str, Any] | None,
+        record: tuple[str, ...],
+        inputs: Mapping[str, Signal] | None = None,
+    ) -> _Plan:
+        """Return what the flight needs beside instances; it is kept, but for what is of this flight alone."""
         schedule = Schedule.of(
             experiment.start_time, experiment.stop_time, experiment.communication_step_size, experiment.every
         )
         master = cast(Master, experiment.master if experiment.master is not None else Explicit())
+        system = with_parameters(self.system, parameters or {})
+        if inputs:
+            system = with_inputs(system, inputs)
+            wiring = wire(system, self._descriptions)
+            return self._planned(system, wiring, schedule, master, experiment, record)
         key = (master, schedule, record, replace(experiment, master=None, record=()))
         if key not in self._plans:
-            self._plans[key] = self._planned(self._wiring, schedule, master, experiment, record)
+            self._plans[key] = self._planned(system, self._wiring, schedule, master, experiment, record)
         plan = self._plans[key]
         if not parameters:
             return plan
-        wiring = rewire(self._wiring, with_parameters(self.system, parameters))
+        wiring = rewire(self._wiring, system)
         if wiring.held != self._wiring.held:  # held values are in the layout
-            return self._planned(wiring, schedule, master, experiment, record)
+            return self._planned(system, wiring, schedule, master, experiment, record)
         timed = replace(plan.wiring, settings=wiring.settings)
         info = {**plan.info, "parameters": runinfo.values(timed, timed.settings)}
         if info["warnings"]:  # these parameters may settle what the system leaves open
@@ -279,16 +309,23 @@ class Prepared:
         return replace(plan, wiring=timed, initialization=plan.initialization.with_settings(timed), info=info)
 
     def _planned(
-        self, wiring: Wiring, schedule: Schedule, master: Master, experiment: Experiment, record: tuple[str, ...]
+        self,
+        system: System,
+        wiring: Wiring,
+        schedule: Schedule,
+        master: Master,
+        experiment: Experiment,
+        record: tuple[str, ...],
     ) -> _Plan:
+        if uncovered := [mistake for feed in wiring.feeds.values() for mistake in feeds.uncovered(feed, schedule)]:
+            raise WiringErrors(system.name, uncovered)
         timed = master.timed(wiring)
         course = master.course(timed, schedule, record, experiment.stop_when)
-        info = runinfo.setup(self.system, experiment, schedule, timed, course, master, self._paths, self._swaps)
-        return _Plan(timed, course, Initialization.of(timed, course.layout), Effective(timed), info)
+        info = runinfo.setup(system, experiment, schedule, timed, course, master, self._paths, self._swaps)
+        signals = {name: feeds.pieces(feed, schedule) for name, feed in wiring.feeds.items()}
+        return _Plan(timed, course, Initialization.of(timed, course.layout), Effective(timed), info, signals)
 
-    def _result(
-        self, plan: _Plan, flight: "_Flight", folder: Path | None, format: str
-    ) -> tuple[Result, Exception | None]:
+    def _result(self, plan: _Plan, flight: Flight, folder: Path | None, format: str) -> tuple[Result, Exception | None]:
         """Return the result of a flight that has ended, and what ended it early."""
         failure = flight.failure
         table = flight.recorder.table()
@@ -313,86 +350,3 @@ class Prepared:
             with suppress(Exception) if failure is not None else nullcontext():
                 _ = result.metrics
         return result, failure
-
-
-class _Flight:
-    """One run of the loop, with the recorder and the progress as its guests; rows are kept whatever ends it."""
-
-    def __init__(
-        self,
-        course: Course,
-        crew: Crew,
-        point: Point,
-        folder: Path | None,
-        progress: Progress | None,
-        info: Mapping[str, Any],
-        patience: Patience,
-    ) -> None:
-        self.patience = patience
-        self.course, self.crew, self.point = course, crew, point
-        self.folder, self.progress, self.info = folder, progress, info
-        schedule = course.schedule
-        rows = schedule.steps // schedule.every + 3
-        self.recorder = Recorder(folder, course.layout.columns, point.texts, rows)
-        self.flown = Flown("none", "nothing was flown")
-        self.control, self.evaluations = course.control(), 0
-        self.failure: Exception | None = None
-        self.ended_by = ""  # the FMU that asked for the end
-        self.interrupted = False
-        self.asked = Asked()
-        self.wall_time = 0.0
-
-    def fly(self, problem: Exception | None = None) -> None:
-        """Fly to the end; what ends it early, or a `problem` at once, stands in `failure` and `interrupted`."""
-        schedule = self.course.schedule
-        began = time.perf_counter()
-        try:
-            if problem is not None:
-                raise problem
-            with self.recorder as recorder:
-                watch = Watch(self.course.layout, schedule, recorder.block, self.patience.stop)
-                for slave in self.crew.values():
-                    slave.patience = self.patience
-                algorithm, self.flown = self.course.algorithm(self.crew, watch)
-                _tell(self.flown)
-                with interruptible(watch.stop, self._last_words) as self.asked:
-                    going = run(algorithm, self.control, self.point, watch)
-                    try:
-                        for self.point in going:
-                            recorder.look()
-                            if self.progress is not None:
-                                self.progress(schedule.time(self.point.index), schedule.time(schedule.steps))
-                    except KeyboardInterrupt:
-                        self.interrupted = True  # the last row tells how far it came
-                    finally:
-                        going.close()
-                        self.evaluations = watch.evaluations
-                        self.interrupted = self.interrupted or bool(watch.stop.value)
-        except StepFailed as error:
-            if error.terminated:
-                self.ended_by = error.component
-            else:
-                self.failure = error
-        except Exception as error:
-            self.failure = error
-        self.wall_time = time.perf_counter() - began
-
-    def _last_words(self) -> None:
-        """Write the rows that there are and say how it ended, for the process ends within a step of an FMU."""
-        if self.folder is not None:
-            self.recorder.flush()
-            write_info(self.folder, {**self.info, "status": "interrupted", "rows": self.recorder.rows})
-            release(self.folder)
-
-
-def _tell(flown: Flown) -> None:
-    """Say once why a run flies in Python that was to fly in the kernel, fifty times faster."""
-    if flown.reason and not flown.reason.startswith("kernel="):
-        _warn(f"the loop runs in Python, not in the kernel, for {flown.reason}")
-
-
-def _warn(line: str) -> None:
-    """Say a line once a process."""
-    if line not in _told:
-        _told.add(line)
-        _log.warning("%s", line)

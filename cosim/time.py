@@ -35,7 +35,8 @@ LARGEST_COUNT = 2**53
 LARGEST_INTEGER = 2**62
 """What the kernel can count: 64 bits, and a sum of two still fits."""
 
-_UNITS = {"s": "1", "ms": "1/1000", "us": "1/1000000", "ns": "1/1000000000", "min": "60", "h": "3600"}
+UNITS = {"s": "1", "ms": "1/1000", "us": "1/1000000", "ns": "1/1000000000", "min": "60", "h": "3600"}
+"""Units of time, each in s."""
 _FRACTION = re.compile(r"^\s*([-+]?\d+)\s*/\s*(\d+)(.*)$", re.DOTALL)
 
 
@@ -113,16 +114,16 @@ def parse_seconds(text: str, name: str) -> Seconds:
 
     Raises `TimeError` for anything else.
     """
-    known = f"write a number and one of {', '.join(_UNITS)}"
+    known = f"write a number and one of {', '.join(UNITS)}"
     fraction = _FRACTION.match(text)
     if fraction is not None:
         number, unit = f"{fraction[1]}/{fraction[2]}", fraction[3].strip()
     else:
         number, unit = split_quantity(text) or ("", "?")
-    if (unit or "s") not in _UNITS:
+    if (unit or "s") not in UNITS:
         raise TimeError(name, repr(text), known)
     try:
-        exact = Fraction(number) * Fraction(_UNITS[unit or "s"])
+        exact = Fraction(number) * Fraction(UNITS[unit or "s"])
         plain = float(exact)
     except (ValueError, ZeroDivisionError, OverflowError) as error:
         raise TimeError(name, repr(text), "it is no number") from error

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from cosim.cli import console, plotting, verifying
+from cosim.cli import inputs as feeding
 from cosim.cli.options import (
     Backend,
     Extrapolation,
@@ -139,6 +140,9 @@ def run(
     use: Use = None,
     set_: Set = None,
     params: Params = None,
+    input_: feeding.Input = None,
+    interpolation: feeding.Interpolated = "linear",
+    hold: feeding.Hold = None,
     stop: Stop = None,
     step: Step = None,
     master: Master = None,
@@ -190,6 +194,7 @@ def run(
         if hold_unconnected:
             system = replace(system, hold_unconnected=True)
         system, swaps = overrides.with_changes(system, use or [], params or [], set_ or [], locate, console.write_swap)
+        system, fed = feeding.with_fed(system, input_ or [], interpolation, hold or [])
         experiment = overrides.with_experiment(
             experiment,
             step,
@@ -222,7 +227,7 @@ def run(
                 if error.result is None:
                     raise
                 failure, result = error, error.result
-        changed = (set_, params, step, every, master, inputs, extrapolation, tolerance, master_tolerance)
+        changed = (fed or None, set_, params, step, every, master, inputs, extrapolation, tolerance, master_tolerance)
         if system.hold_unconnected:
             console.write_held(result, system.held)
         try:

@@ -36,13 +36,16 @@ def write_system(system: System, experiment: Experiment, locate: Locate) -> None
     step = exact_seconds(experiment.communication_step_size, "communication_step_size")
     times = f"{written(stop)} in steps of {written(step)}"
     console.write(f"{system.name}: {times}, master {_master(master)}\n")
-    order = _order(wiring, master)
+    order = [name for name in _order(wiring, master) if name not in wiring.feeds]
     head = ("order", "instance", "FMU", "parameters and initial states that are set")
     console.write_table(head, _instances(order, system, wiring), whole=(0, 1, 2))
     console.write("")
     console.write_table(("from", "to", "unit", "timing"), _connections(system, wiring))
     console.write("")
     console.write_table(("held", "unit"), [(f"{port} = {value}", unit) for port, value, unit in _held(wiring)])
+    if system.inputs:
+        fed = [(name, str(signal)) for name, signal in system.inputs.items()]
+        console.write_table(("input", "signal"), fed)
     lines = ["", "start values that nothing sets (those of one FMU: adcs show FMU):"]
     lines += [line for name in order for line in _left_alone(name, wiring)] or ["  none"]
     lines += ["", "direct feedthrough, output <- inputs:"]
@@ -109,7 +112,7 @@ def _connections(system: System, wiring: Wiring) -> list[tuple[str, str, str, st
     """Return one row per connected array: elements are joined where they have one timing; defaults are marked."""
     silent = {c.target for c in system.connections if c.timing is None}
     rows: dict[tuple[str, str, str, str], None] = {}
-    for link in wiring.links:
+    for link in (link for link in wiring.links if not link.fed):
         source, target = (f"{p.component}.{split_element(p.variable)[0]}" for p in (link.source, link.target))
         ends = (wiring.descriptions[p.component].variables[p.variable].unit or "" for p in (link.source, link.target))
         units = " -> ".join(dict.fromkeys(ends))

@@ -52,7 +52,7 @@ def recorded(wiring: Wiring, patterns: Sequence[str]) -> list[Port]:
     unmatched = {p for p in patterns if p != "*"}
     ports: list[Port] = []
     known: list[str] = []
-    for component, description in wiring.descriptions.items():
+    for component, description in wiring.fmus.items():
         known += [f"{component}.{base}" for base in description.groups]
         for variable in description.variables.values():
             names = {f"{component}.{variable.name}", f"{component}.{split_element(variable.name)[0]}"}
@@ -77,7 +77,7 @@ def flag(wiring: Wiring, name: str) -> Port:
     """Return the output that a name means, a number of any type; raises `UnknownName`."""
     outputs = [
         Port(component, v.name)
-        for component, description in wiring.descriptions.items()
+        for component, description in wiring.fmus.items()
         for v in description.outputs
         if v.type != "String"
     ]

@@ -136,7 +136,7 @@ class ErrorControlled:
 def _pair(wiring: Wiring, layout: Layout, schedule: Schedule, found: Sequence[Stage]) -> Pair:
     order = [name for stage in found for name in stage.members]
     flown = Plan.of(wiring, Turns.ordered(wiring, layout, schedule, order), found)
-    smooth = all(link.timing == "smooth" for link in wiring.links if between(wiring, link))
+    smooth = all(link.timing == "smooth" for link in wiring.links if between(wiring, link) and not link.fed)
     means = any(link.step_mean for link in wiring.links)
     told = all(c.outputs.differences is None for c in layout.components)
     if not smooth or means or not told:

@@ -64,7 +64,7 @@ class Explicit:
         return replace(timed, links=tuple(self._limited(timed, link) for link in timed.links))
 
     def _preset(self, link: Link, place: Mapping[str, int]) -> Link:
-        if self.preset == "declared" or link.step_mean:
+        if self.preset == "declared" or link.step_mean or link.fed:
             return link
         earlier = place[link.source.component] < place[link.target.component]
         timing = "after_step" if self.preset == "gauss_seidel" and earlier else "at_point"

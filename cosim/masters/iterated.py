@@ -51,6 +51,8 @@ class Iterated:
         """Return the wiring with the timings of this master: step means after their step, all that moves on curves."""
 
         def held(link: Link) -> Link:
+            if link.fed:
+                return link
             steps = not link.step_mean and not between(wiring, link)
             return replace(link, timing="at_point" if steps else "after_step", asked="")
 
@@ -80,7 +82,7 @@ def refuse(wiring: Wiring, schedule: Schedule, found: Sequence[Stage], master: s
                 raise NotSupported(what, "Choose master=Explicit().")
     for link in wiring.links:
         description = wiring.descriptions[link.target.component]
-        if link.timing in ("midpoint", "mean") and not description.refresh:
+        if link.timing in ("midpoint", "mean", "signal_mean") and not description.refresh:
             follows = [
                 v.name for v in description.real_outputs if link.target.variable in description.feedthrough(v.name)
             ]

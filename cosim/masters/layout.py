@@ -20,6 +20,7 @@ from cosim.masters import slopes
 from cosim.masters.columns import Columns, flag, recorded
 from cosim.masters.slopes import Differences
 from cosim.masters.types import Kind, kind_of
+from cosim.system.feeds import polynomial
 from cosim.system.wiring import Link, Port, Wiring
 
 
@@ -90,8 +91,8 @@ class Inputs:
     """The connected inputs of a component, all arrays of length n: input = factor * values[source] + addend.
 
     `groups` are the own slots of all inputs, in the order of `links`. `slope`: slots of the sources' slopes, -1: not
-    known to the master. `allowed`: place of an input -> the values that
-    it can take, where its source may have others.
+    known to the master. `signal`: slots where the polynomial of a signal (feeds.py) begins, its value and then its
+    derivatives, -1: none. `allowed`: place of an input -> the values that it can take, where its source has others.
     """
 
     links: tuple[Link, ...]
@@ -101,6 +102,7 @@ class Inputs:
     factor: FloatArray
     addend: FloatArray
     slope: IntArray
+    signal: IntArray
     allowed: Mapping[int, tuple[int, ...]]
 
     @property
@@ -268,8 +270,14 @@ def _inputs(
         factor=np.array([link.conversion.factor for link in ordered], dtype=np.float64),
         addend=np.array([link.conversion.offset for link in ordered], dtype=np.float64),
         slope=np.array([derivative_slots.get((k.source, 1), -1) if k.slopes else -1 for k in ordered], dtype=np.int64),
+        signal=np.array([_signal(link, slots) for link in ordered], dtype=np.int64),
         allowed={i: link.allowed for i, link in enumerate(ordered) if link.allowed is not None},
     )
+
+
+def _signal(link: Link, slots: Mapping[Port, int]) -> int:
+    """Return the slot where the polynomial of a signal begins, -1 of a link that has none."""
+    return slots[Port(link.source.component, polynomial(link.source.variable, 0))] if link.fed else -1
 
 
 def groups_of(wiring: Wiring, ports: Sequence[Port], slots: Sequence[int]) -> tuple[Group, ...]:

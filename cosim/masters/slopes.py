@@ -21,7 +21,7 @@ from cosim.system.wiring import Port, Wiring
 UNKNOWN = float("nan")
 """The slope of what has no points yet."""
 
-MOVING = ("ramp", "smooth", "extrapolated")
+MOVING = ("ramp", "smooth", "extrapolated", "signal")
 """Timings of inputs that move while the target steps, so that it knows their slopes."""
 
 

@@ -17,6 +17,9 @@ from cosim.masters.turns import (
     LINE,
     MEAN,
     MIDPOINT,
+    SIGNAL,
+    SIGNAL_MEAN,
+    SIGNAL_SLOT,
     STEP_MEAN,
     Turn,
 )
@@ -43,7 +46,7 @@ def take(
     """
     outputs = turn.component.outputs
     try:
-        _set_inputs(turn, slave, ends, begun, texts, t, h)
+        _set_inputs(turn, slave, ends, begun, newest, texts, t, h)
         slave.do_step(t, h)
         if fresh and turn.halfway:
             write_inputs(slave, turn.component.inputs, _at_end(turn, ends), texts)
@@ -63,7 +66,9 @@ def _at_end(turn: Turn, ends: Ends) -> FloatArray:
     return turn.component.inputs.factor * ends.b + turn.component.inputs.addend
 
 
-def _set_inputs(turn: Turn, slave: Slave, ends: Ends, begun: FloatArray, texts: Texts, t: float, h: float) -> None:
+def _set_inputs(
+    turn: Turn, slave: Slave, ends: Ends, begun: FloatArray, newest: FloatArray, texts: Texts, t: float, h: float
+) -> None:
     inputs, derivatives, timing = turn.component.inputs, turn.derivatives, turn.timing
     if not inputs.links:
         return
@@ -78,6 +83,8 @@ def _set_inputs(turn: Turn, slave: Slave, ends: Ends, begun: FloatArray, texts: 
     value[mean] = curves.mean(ends, h)[mean]
     for i in np.flatnonzero(timing == EXTRAPOLATED_MEAN):
         value[i] += 0.5 * h * slope_or_none(begun[inputs.slope[i]])
+    signal = (timing == SIGNAL) | (timing == SIGNAL_MEAN)
+    value[signal] = newest[inputs.signal[signal]]
     given = inputs.factor * value + inputs.addend
     refuse_values(inputs, given, t)
     write_inputs(slave, inputs, given, texts)
@@ -87,7 +94,7 @@ def _set_inputs(turn: Turn, slave: Slave, ends: Ends, begun: FloatArray, texts: 
         order, form = derivatives.order, derivatives.form
         slope = np.where(form == LINE, (here.b - here.a) / h, slope_or_none(begun[derivatives.slot]))
         curve = np.where(order == 1, here.da, np.where(order == 2, curves.second(here, h), curves.third(here, h)))
-        slope = np.where(form == CURVE, curve, slope)
+        slope = np.where(form == CURVE, curve, np.where(form == SIGNAL_SLOT, newest[derivatives.slot], slope))
         slave.set_input_derivatives(derivatives.references, derivatives.orders, inputs.factor[at] * slope)
 
 

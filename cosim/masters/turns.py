@@ -28,13 +28,19 @@ TIMING_CODES = {
     "mean": 6,
     "extrapolated": 7,
     "extrapolated_mean": 8,
+    "signal": 9,
+    "signal_mean": 10,
+    "signal_held": 10,
 }
-AT_POINT, AFTER_STEP, MIDPOINT, RAMP, STEP_MEAN, SMOOTH, MEAN, EXTRAPOLATED, EXTRAPOLATED_MEAN = range(9)
+AT_POINT, AFTER_STEP, MIDPOINT, RAMP, STEP_MEAN, SMOOTH, MEAN, EXTRAPOLATED, EXTRAPOLATED_MEAN, SIGNAL, SIGNAL_MEAN = (
+    range(11)
+)
 """Codes of `Turn.timing`, see cosim/system/timing.py; a step mean is an after_step input that shows its source's newest
 mean."""
 
-LINE, CURVE, SLOT = range(3)
-"""Where an input derivative comes from: the line between both ends, the curve through them, a slot."""
+LINE, CURVE, SLOT, SIGNAL_SLOT = range(4)
+"""Where an input derivative comes from: the line between both ends, the curve through them, a slot of the step's start,
+or that of a signal, which has stepped already."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +95,7 @@ class Turn:
     @cached_property
     def halfway(self) -> bool:
         """Whether any input is held between the values at both ends."""
-        return bool(((self.timing == MIDPOINT) | (self.timing == MEAN)).any())
+        return bool(np.isin(self.timing, (MIDPOINT, MEAN, SIGNAL_MEAN)).any())
 
     @cached_property
     def moving_references(self) -> tuple[int, ...]:
@@ -191,6 +197,9 @@ def _input_derivatives(wiring: Wiring, component: ComponentLayout, layout: Layou
             rows += [(i, order, CURVE, -1) for order in (1, 2, 3)]
         elif link.timing == "extrapolated":
             rows += [(i, n, SLOT, layout.derivative_slots[link.source, n]) for n in range(1, link.order + 1)]
+        elif link.timing == "signal":
+            first = int(component.inputs.signal[i])
+            rows += [(i, n, SIGNAL_SLOT, first + n) for n in range(1, link.order + 1)]
     links = component.inputs.links
     position, form, slot = (np.array([row[column] for row in rows], dtype=np.int64) for column in (0, 2, 3))
     return InputDerivatives(

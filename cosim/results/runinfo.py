@@ -45,9 +45,9 @@ def setup(
         "platform": {"system": sys.platform, "machine": platform.machine()},
         "components": {
             name: _component(name_of(system.components[name]), description, paths.get(name), wiring.period(name))
-            for name, description in wiring.descriptions.items()
+            for name, description in wiring.fmus.items()
         },
-        "stepping_order": list(course.order),
+        "stepping_order": [name for name in course.order if name not in wiring.feeds],
         "master": {"name": type(master).__name__, **_fields(master)},
         "start_time": schedule.time(0),
         "stop_time": schedule.time(schedule.steps),
@@ -61,6 +61,7 @@ def setup(
         "connections": _connections(wiring),
         "parameters": values(wiring, wiring.settings),
         "held": values(wiring, wiring.held),
+        "inputs": {name: signal.told() for name, signal in system.inputs.items()},
         "warnings": warnings(wiring),
         "swaps": [dataclasses.asdict(report) for report in swaps],
         "units": dict(zip(columns.names, columns.units, strict=True)),
@@ -139,6 +140,8 @@ def _connections(wiring: Wiring) -> dict[str, Any]:
     """Return target -> source and timing as flown, arrays whole."""
     found: dict[str, Any] = {}
     for link in wiring.links:
+        if link.fed:
+            continue
         source, target = (f"{p.component}.{split_element(p.variable)[0]}" for p in (link.source, link.target))
         whole = {"source": source, "timing": "step mean" if link.step_mean else link.timing}
         if found.setdefault(target, whole) != whole:  # elements of an array from several sources

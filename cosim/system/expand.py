@@ -6,6 +6,8 @@ from functools import cached_property
 
 from cosim.errors import SimulationError, UnknownName, WiringError, WiringErrors
 from cosim.system.acting_rates import counted_twice
+from cosim.system.feeds import Feeds
+from cosim.system.feeds import description as feeds_description
 from cosim.system.parameters import Parameters
 from cosim.system.system import Connection, System
 from cosim.system.timing import TIMINGS, carried, straight
@@ -28,16 +30,19 @@ def wire(system: System, descriptions: Mapping[str, ModelDescription]) -> Wiring
     checker = _Checker(system, ordered)
     checker.instances()
     links = checker.links()
-    settings, held = parameters.settings(), parameters.held()
+    feeds = Feeds(system, ordered)
+    settings, held = parameters.settings(), _unfed(parameters.held(), feeds.links)
     if system.hold_unconnected:
-        held |= _unconnected(ordered, links, held)
-    checker.inputs(links, held)
+        held |= _unconnected(ordered, [*links, *feeds.links], held)
+    checker.inputs([*links, *feeds.links], held)
     checker.mistakes += counted_twice(links, ordered)
     periods = checker.periods()
-    mistakes = checker.mistakes + parameters.mistakes
+    mistakes = checker.mistakes + feeds.mistakes + parameters.mistakes
     if mistakes:
         raise WiringErrors(system.name, mistakes)
-    return Wiring(ordered, tuple(links), settings, held, periods, system.name)
+    periods |= {name: periods[feed.component] for name, feed in feeds.feeds.items()}
+    described = ordered | {name: feeds_description(feed) for name, feed in feeds.feeds.items()}
+    return Wiring(described, (*links, *feeds.links), settings, held, periods, system.name, feeds.feeds)
 
 
 def rewire(wiring: Wiring, system: System) -> Wiring:
@@ -45,13 +50,19 @@ def rewire(wiring: Wiring, system: System) -> Wiring:
 
     Raises `WiringErrors`.
     """
-    parameters = Parameters(system, wiring.descriptions)
-    settings, held = parameters.settings(), parameters.held()
+    parameters = Parameters(system, wiring.fmus)
+    settings, held = parameters.settings(), _unfed(parameters.held(), wiring.links)
     if system.hold_unconnected:
-        held |= _unconnected(wiring.descriptions, wiring.links, held)
+        held |= _unconnected(wiring.fmus, wiring.links, held)
     if parameters.mistakes:
         raise WiringErrors(system.name, parameters.mistakes)
     return replace(wiring, settings=settings, held=held)
+
+
+def _unfed(held: dict[Port, Scalar], links: Sequence[Link]) -> dict[Port, Scalar]:
+    """Return the held inputs that no signal feeds."""
+    fed = {link.target for link in links if link.fed}
+    return {port: value for port, value in held.items() if port not in fed}
 
 
 def _unconnected(
@@ -184,7 +195,8 @@ class _Checker:
             sources.setdefault(link.target, []).append(str(link.source))
         for port in held:
             sources.setdefault(port, []).append("held")
-        named = {split_port(c.target) for c in self.system.connections} | {split_port(n) for n in self.system.held}
+        given = [*(c.target for c in self.system.connections), *self.system.held, *self.system.inputs]
+        named = set(map(split_port, given))
         for component, description in self.descriptions.items():
             for base, g in group(v.name for v in description.inputs).items():
                 count = {e: len(sources.get(Port(component, e), ())) for e in g.elements}

@@ -5,7 +5,16 @@ from dataclasses import replace
 from typing import Any
 
 from cosim.system.system import System
-from fmus.description.names import split_element, split_port
+from fmus.description.names import canonical, split_element, split_port
+
+
+def with_inputs(system: System, signals: Mapping[str, Any], held: Mapping[str, Any] | None = None) -> System:
+    """Return the system with inputs fed by signals, or held; they take the place of what each had, a connection too."""
+    given = {*map(canonical, signals), *map(canonical, held or {})}
+    connections = [c for c in system.connections if canonical(c.target) not in given]
+    kept = {name: value for name, value in system.held.items() if canonical(name) not in given}
+    fed = {name: signal for name, signal in system.inputs.items() if canonical(name) not in given}
+    return replace(system, connections=connections, held=kept | dict(held or {}), inputs=fed | dict(signals))
 
 
 def with_parameters(system: System, values: Mapping[str, Any]) -> System:

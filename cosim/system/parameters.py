@@ -127,7 +127,7 @@ class Parameters:
             return {}
         result: dict[Port, Scalar] = {}
         try:
-            convert = self._conversion(component, variables[0], None if words and numbers == given.text else given.unit)
+            convert = self.conversion(component, variables[0], None if words and numbers == given.text else given.unit)
             for variable, number in zip(variables, _flat(numbers), strict=True):
                 result[Port(component, variable.name)] = _checked(variable, number, convert)
         except ValueError as error:
@@ -135,7 +135,8 @@ class Parameters:
             return {}
         return result
 
-    def _conversion(self, component: str, variable: ScalarVariable, unit: str | None) -> units.Conversion:
+    def conversion(self, component: str, variable: ScalarVariable, unit: str | None) -> units.Conversion:
+        """Return how a value in a unit becomes one of a variable, None: in its own; raises ValueError."""
         if unit is None:
             return units.IDENTITY
         own = self.descriptions[component].units

@@ -44,8 +44,9 @@ class System:
     A reference is FILE.fmu, NAME or FILE.py:Class, a path, or a component's class; `cosim.Library` builds what it must.
     `parameters`: "plant.J" or "*.J" -> number, nested list or `Value`. `vehicle`: name -> value, set in every component
     that has a parameter of that name; entries of `parameters` win. `held`: input -> value for inputs without a
-    connection; with `hold_unconnected` every other one is held at its FMU's start value. `steps`: instance -> n, it
-    steps every n-th communication step.
+    connection; with `hold_unconnected` every other one is held at its FMU's start value. `inputs`: input -> `Signal`
+    that feeds it, element for element; it wins over `held`. `steps`: instance -> n, it steps every n-th communication
+    step.
     """
 
     name: str
@@ -54,6 +55,7 @@ class System:
     parameters: dict[str, Any] = field(default_factory=dict)
     vehicle: dict[str, Any] = field(default_factory=dict)
     held: dict[str, Any] = field(default_factory=dict)
+    inputs: dict[str, Any] = field(default_factory=dict)
     steps: dict[str, int] = field(default_factory=dict)
     hold_unconnected: bool = False
 
@@ -64,7 +66,8 @@ class System:
         object.__setattr__(self, "connections", tuple(self.connections))
         for name in ("parameters", "vehicle", "held"):
             object.__setattr__(self, name, {k: plain(v) for k, v in getattr(self, name).items()})
-        object.__setattr__(self, "steps", dict(self.steps))
+        for name in ("inputs", "steps"):
+            object.__setattr__(self, name, dict(getattr(self, name)))
 
     def __repr__(self) -> str:
         """Name, instances with their FMUs, how much is between and in them."""
@@ -72,8 +75,12 @@ class System:
         return f"<System {self.name}: {parts}; {', '.join(self._counts())}>"
 
     def _counts(self) -> list[str]:
+        return [html.count(len(what), word) for word, what in self._sizes.items() if what or word != "signal"]
+
+    @property
+    def _sizes(self) -> dict[str, Any]:
         sizes = {"connection": self.connections, "parameter": self.parameters, "vehicle parameter": self.vehicle}
-        return [html.count(len(what), word) for word, what in {**sizes, "held input": self.held}.items()]
+        return {**sizes, "held input": self.held, "signal": self.inputs}
 
     def _repr_html_(self) -> str:
         """Return tables of instances, of connections and of what is set, for a notebook."""
@@ -92,7 +99,7 @@ class System:
         )
 
     def _given(self) -> dict[str, dict[str, Any]]:
-        return {"parameter": self.parameters, "vehicle": self.vehicle, "held": self.held}
+        return {"parameter": self.parameters, "vehicle": self.vehicle, "held": self.held, "signal": self.inputs}
 
 
 def _told(value: Any) -> str:

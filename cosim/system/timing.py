@@ -7,7 +7,9 @@ With a and b the source's values at both ends of the step of length h, a' and b'
     midpoint           (a + b) / 2, held        mean               the mean of the cubic, held
     ramp               the line from a to b     smooth             the cubic through a, a', b, b'
 
-A user declares those of `TIMINGS`; a master makes the others of them.
+A user declares those of `TIMINGS`; a master makes the others of them. What a signal feeds has a timing of its own in
+every master: `signal` the polynomial of feeds.py, `signal_mean` and `signal_held` the mean over the step, held, of a
+signal that moves and of one that moves in steps.
 """
 
 from collections.abc import Iterable, Mapping
@@ -26,6 +28,8 @@ CUBIC = 3
 
 def between(wiring: Wiring, link: Link) -> bool:
     """Whether there is anything between two values of a connection: both Real, and the source moves, not in steps."""
+    if link.fed:
+        return link.timing in ("signal", "signal_mean")
     types = {wiring.variable(link.source).type, wiring.variable(link.target).type}
     return types == {"Real"} and not link.step_mean and not wiring.descriptions[link.source.component].sampled
 
@@ -69,7 +73,7 @@ def moving(wiring: Wiring, asked: str) -> Wiring:
     lines = straight(((k.source, k.target.component) for k in wiring.links if k.step_mean), wiring.descriptions)
 
     def carry(link: Link) -> Link:
-        if link.from_start or not between(wiring, link):
+        if link.fed or link.from_start or not between(wiring, link):
             return link
         line = asked == "smooth" and (link.source, link.target.component) in lines
         ends = (wiring.descriptions[port.component] for port in (link.source, link.target))

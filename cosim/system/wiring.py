@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
+from cosim.system.signal import Signal
 from fmus.description.description import ModelDescription, Scalar, ScalarVariable
 from fmus.description.units import IDENTITY, Conversion
 
@@ -35,6 +36,8 @@ class Link:
     step_mean: bool = False
     order: int = 0
     asked: str = ""
+    fed: bool = False
+    """Whether its source is a signal (feeds.py)."""
     allowed: tuple[int, ...] | None = None
     """The values that the target can take, where the source, of another type, may have others; None: all."""
 
@@ -46,12 +49,12 @@ class Link:
     @property
     def ends_fresh(self) -> bool:
         """Whether the target's input stands at the source's value when the step ends."""
-        return self.timing in ("after_step", "ramp", "smooth")
+        return self.timing in ("after_step", "ramp", "smooth") or (self.timing == "signal" and self.order > 1)
 
     @property
     def slopes(self) -> int:
         """Up to which order it needs derivatives of its source."""
-        return 1 if self.timing in ("smooth", "mean") else self.order
+        return 1 if self.timing in ("smooth", "mean", "signal") else self.order
 
     def __str__(self) -> str:
         """Write "a.y -> b.u (after_step)"."""
@@ -59,8 +62,34 @@ class Link:
 
 
 @dataclass(frozen=True)
+class Channel:
+    """One element of a signal and the input that it feeds, by a polynomial of a `degree`."""
+
+    target: Port
+    signal: Signal
+    element: int
+    degree: int
+
+
+@dataclass(frozen=True)
+class Feed:
+    """The signals that feed one component."""
+
+    component: str
+    channels: tuple[Channel, ...]
+
+    @property
+    def name(self) -> str:
+        """Of the instance that it is, which no FMU's can be."""
+        return f"{self.component} (signals)"
+
+
+@dataclass(frozen=True)
 class Wiring:
-    """A system without mistakes. `settings` and `held`: in the variables' own units. `periods`: of every component."""
+    """A system without mistakes. `settings` and `held`: in the variables' own units. `periods`: of every component.
+
+    `feeds`: the signals, by the names of the instances that they are; these are among `descriptions` too.
+    """
 
     descriptions: Mapping[str, ModelDescription]
     links: tuple[Link, ...] = ()
@@ -68,6 +97,12 @@ class Wiring:
     held: Mapping[Port, Scalar] = field(default_factory=dict)
     periods: Mapping[str, int] = field(default_factory=dict)
     system: str = ""
+    feeds: Mapping[str, Feed] = field(default_factory=dict[str, Feed])
+
+    @property
+    def fmus(self) -> Mapping[str, ModelDescription]:
+        """The descriptions of the FMUs."""
+        return {name: d for name, d in self.descriptions.items() if name not in self.feeds}
 
     @property
     def components(self) -> tuple[str, ...]:

@@ -182,7 +182,7 @@ def test_without_a_compiler_the_python_back_end_flies_and_one_line_says_so(
     monkeypatch.setenv("ADCS_BUILD", str(folder / "build"))
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setattr(toolchain, "_has_zig", lambda: False)
-    monkeypatch.setattr("cosim.flights._told", set())
+    monkeypatch.setattr("cosim.flight._told", set())
     done = adcs("run", "zhang2018-ppatc", "--stop", "0.02", "--out", "out", *arguments)
     assert done.status == 0
     (line,) = [line for line in done.err.splitlines() if "compiler" in line]

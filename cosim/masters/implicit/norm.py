@@ -37,7 +37,7 @@ class Norm:
 
         Raises `UnknownName` for a pattern that matches none of them.
         """
-        ports = list(dict.fromkeys(link.source for link in wiring.links if between(wiring, link)))
+        ports = list(dict.fromkeys(link.source for link in wiring.links if between(wiring, link) and not link.fed))
         both = np.array([(absolute, relative)] * len(ports)).reshape(len(ports), 2)
         for pattern, tolerance in tolerances.items():
             chosen = [any(matches(pattern, name, True) for name in (str(p), split_element(str(p))[0])) for p in ports]

@@ -4,7 +4,6 @@
 
 enum { MOST = 24, PATIENCE = 2 }; /* newton.py */
 static const double SLOW = 0.5;   /* newton.py */
-enum { FATAL = 4 };               /* the FMI status after which an instance cannot be used */
 
 static int save_state(Run *r, integer place)
 {

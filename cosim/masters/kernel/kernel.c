@@ -161,6 +161,8 @@ static int set_inputs(Run *r, integer place, integer k, double h)
         case STEP_MEAN: value = e.b; break;
         case MIDPOINT: value = 0.5 * (e.a + e.b); break;
         case MEAN: value = curve_mean(e, h); break;
+        case SIGNAL:
+        case SIGNAL_MEAN: value = r->newest[c->signal_slot[i]]; break;
         case EXTRAPOLATED_MEAN: value += 0.5 * h * slope_or_none(r->point[c->slope_slot[i]]); break;
         default: break;
         }
@@ -173,6 +175,8 @@ static int set_inputs(Run *r, integer place, integer k, double h)
         double slope;
         if (c->form[i] == SLOT) {
             slope = slope_or_none(r->point[c->slot[i]]);
+        } else if (c->form[i] == SIGNAL_SLOT) {
+            slope = r->newest[c->slot[i]];
         } else {
             if (!i || c->position[i - 1] != at) e = ends_of(r, c, at, k, h); /* the orders of an input are neighbours */
             if (c->form[i] == LINE) slope = (e.b - e.a) / h;
@@ -307,6 +311,7 @@ static int step(Run *r, integer k, double t, double h)
 }
 
 #include "iterated.h"
+#include "signals.h"
 
 /* Put into the own slot of every connected input what its source gives it at the communication point. */
 static void show_inputs(Run *r)

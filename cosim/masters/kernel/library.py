@@ -32,6 +32,7 @@ SOURCES = tuple(
         "pending.h",
         "ends.h",
         "iterated.h",
+        "signals.h",
         "crash.h",
     )
 )
@@ -75,6 +76,26 @@ def why_python(wanted: str, obstacle: Callable[[], str]) -> str:
     if reason and wanted == "always":
         raise NotSupported(f'kernel="always": {reason}', 'Choose kernel="auto".')
     return reason
+
+
+SIGNAL_FUNCTIONS = {
+    "fmi2DoStep": "signal_do_step",
+    "fmi2GetReal": "signal_get_real",
+    "fmi2GetRealOutputDerivatives": "signal_get_derivatives",
+    "fmi2GetFMUstate": "signal_get_state",
+    "fmi2SetFMUstate": "signal_set_state",
+    "fmi2FreeFMUstate": "signal_free_state",
+}
+"""The functions of an instance that signals are (signals.h)."""
+
+
+def signal_functions() -> Mapping[str, int]:
+    """Return their addresses."""
+    found = library()
+    return {
+        name: ctypes.cast(getattr(found, function), ctypes.c_void_p).value or 0
+        for name, function in SIGNAL_FUNCTIONS.items()
+    }
 
 
 def obstacle(slaves: Mapping[str, Slave]) -> str:
@@ -132,6 +153,8 @@ def _declared(found: ctypes.CDLL) -> ctypes.CDLL:
     found.kernel_run.argtypes = [pointer, integer, ctypes.c_double, pointer, integer, pointer]
     found.kernel_attempt.restype = ctypes.c_int
     found.kernel_attempt.argtypes = [pointer, ctypes.c_double, ctypes.c_double]
+    for name in SIGNAL_FUNCTIONS.values():
+        getattr(found, name)  # AttributeError: it is another library
     found.kernel_texts.restype = pointer
     found.kernel_texts.argtypes = []
     found.kernel_free_texts.restype = None

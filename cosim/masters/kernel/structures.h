@@ -17,10 +17,11 @@ typedef int (*GetState)(void *, void **);
 typedef int (*SetState)(void *, void *);
 
 /* turns.py */
-enum { AT_POINT, AFTER_STEP, MIDPOINT, RAMP, STEP_MEAN, SMOOTH, MEAN, EXTRAPOLATED, EXTRAPOLATED_MEAN };
-enum { LINE, CURVE, SLOT };
+enum { AT_POINT, AFTER_STEP, MIDPOINT, RAMP, STEP_MEAN, SMOOTH, MEAN, EXTRAPOLATED, EXTRAPOLATED_MEAN, SIGNAL, SIGNAL_MEAN };
+enum { LINE, CURVE, SLOT, SIGNAL_SLOT };
 enum { REAL, INTEGER, BOOLEAN, STRING };                           /* types.Kind */
 enum { OK = 0, WARNING = 1 };                                      /* the FMI statuses that are a success */
+enum { FATAL = 4 };                                                /* after it an instance cannot be used */
 enum { /* structures.CALLS: what failed */
     CALL_NONE,
     CALL_SET,
@@ -90,7 +91,7 @@ typedef struct {
     /* inputs: input = factor * value + addend, see layout.Inputs and turns.Turn */
     integer inputs, input_groups, only_real; /* only_real: one group of Reals, of which each takes every value */
     const Group *input_group;
-    const integer *source, *slope_slot, *timing, *ahead, *source_component;
+    const integer *source, *slope_slot, *signal_slot, *timing, *ahead, *source_component;
     const double *factor, *addend;
     double *begun, *begun_slope, *value; /* work: of the sources at the start of the period; what is set */
     integer restricted;
@@ -170,6 +171,17 @@ typedef struct {
     integer failed_call, failed_component, failed_status, failed_slot, failed_kind; /* of a refused input: is it the end? */
 } Run;
 
+/* A signal, and the signals of one component: slaves/tabulated.py. */
+typedef struct {
+    integer pieces, degree, piece;             /* piece: in which the last time lay */
+    const double *knots, *coefficients;        /* pieces + 1; 4 for each piece */
+    double value, v0, v1, v2, v3, slope;       /* what the last step has told */
+} Channel;
+typedef struct {
+    integer channels;
+    Channel *channel;
+} Feed;
+
 /* Where a thread is inside an FMU: in the call of the Python loop, or in the kernel; see slaves/breadcrumb.py. */
 typedef struct {
     integer thread, process;
@@ -195,7 +207,7 @@ static const integer layout[] = {
     F(Component, free_state), F(Component, state), F(Component, period), F(Component, at_end), F(Component, in_step),
     F(Component, plain),
     F(Component, inputs), F(Component, input_groups), F(Component, only_real), F(Component, input_group), F(Component, source),
-    F(Component, slope_slot), F(Component, timing), F(Component, ahead), F(Component, source_component), F(Component, factor),
+    F(Component, slope_slot), F(Component, signal_slot), F(Component, timing), F(Component, ahead), F(Component, source_component), F(Component, factor),
     F(Component, addend), F(Component, begun), F(Component, begun_slope), F(Component, value), F(Component, restricted),
     F(Component, allowed), F(Component, input_derivatives), F(Component, derivative_references),
     F(Component, derivative_orders), F(Component, position), F(Component, form), F(Component, slot), F(Component, slope),
@@ -219,6 +231,10 @@ static const integer layout[] = {
     (integer)sizeof(Breadcrumb), F(Breadcrumb, thread), F(Breadcrumb, process), F(Breadcrumb, instance),
     F(Breadcrumb, function), F(Breadcrumb, run), F(Breadcrumb, time), F(Breadcrumb, file), F(Breadcrumb, at),
     F(Breadcrumb, rows),
+    (integer)sizeof(Channel), F(Channel, pieces), F(Channel, degree), F(Channel, piece), F(Channel, knots),
+    F(Channel, coefficients), F(Channel, value), F(Channel, v0), F(Channel, v1), F(Channel, v2), F(Channel, v3),
+    F(Channel, slope),
+    (integer)sizeof(Feed), F(Feed, channels), F(Feed, channel),
 };
 
 EXPORT const integer *kernel_layout(integer *count)

@@ -11,10 +11,11 @@ from cosim.arrays import FloatArray
 from cosim.masters.implicit.plan import Loop, Plan
 from cosim.masters.layout import Group, Inputs, Reading
 from cosim.masters.slopes import Differences
-from cosim.masters.turns import EXTRAPOLATED_MEAN, MEAN, Turn, Turns
+from cosim.masters.turns import EXTRAPOLATED_MEAN, MEAN, SIGNAL, SIGNAL_MEAN, Turn, Turns
 from cosim.masters.types import Kind
 from cosim.slaves.breadcrumb import Breadcrumb
 from cosim.slaves.slave import CInterface
+from cosim.slaves.tabulated import ChannelStructure, FeedStructure
 
 CALLS = {
     1: "fmi2Set{kind}",
@@ -84,7 +85,8 @@ class ComponentStructure(ctypes.Structure):
     _fields_ = [
         *_pointers("name", "warned", "instance", *FUNCTIONS, "state"),
         *_integers("period", "at_end", "in_step", "plain", "inputs", "input_groups", "only_real"),
-        *_pointers("input_group", "source", "slope_slot", "timing", "ahead", "source_component", "factor", "addend"),
+        *_pointers("input_group", "source", "slope_slot", "signal_slot", "timing", "ahead", "source_component"),
+        *_pointers("factor", "addend"),
         *_pointers("begun", "begun_slope", "value"),
         *_integers("restricted"),
         *_pointers("allowed"),
@@ -149,6 +151,8 @@ STRUCTURES = (
     LoopStructure,
     RunStructure,
     Breadcrumb,
+    ChannelStructure,
+    FeedStructure,
 )
 
 
@@ -286,13 +290,14 @@ class Packed:
             period=turn.period,
             at_end=turn.at_end,
             in_step=in_step,
-            plain=in_step and not np.isin(turn.timing, (MEAN, EXTRAPOLATED_MEAN)).any(),
+            plain=in_step and not np.isin(turn.timing, (MEAN, EXTRAPOLATED_MEAN, SIGNAL, SIGNAL_MEAN)).any(),
             inputs=n,
             input_groups=len(inputs.groups),
             only_real=[group.kind for group in inputs.groups] == [Kind.REAL] and not inputs.allowed,
             input_group=self._groups(inputs.groups),
             source=self._array(inputs.source, np.int64),
             slope_slot=self._array(inputs.slope, np.int64),
+            signal_slot=self._array(inputs.signal, np.int64),
             timing=self._array(turn.timing, np.int64),
             ahead=self._array(turn.ahead, np.int64),
             source_component=self._array(turn.source_turn, np.int64),

@@ -128,7 +128,7 @@ class TestHealing:
         right = list(structures.sizes_and_offsets())
         monkeypatch.setattr(kernel_library, "sizes_and_offsets", lambda: iter([*right[:-1], right[-1] + 8]))
         monkeypatch.setattr(kernel_library, "_loaded", {})
-        monkeypatch.setattr(flights, "_told", set())
+        monkeypatch.setattr("cosim.flight._told", set())
         with pytest.raises(BuildError, match="was compiled, but cannot be loaded"):
             kernel_library.library()
         result = flights.simulate(system, both.experiment(loop="auto"))
@@ -148,7 +148,7 @@ def test_sizes_and_offsets_are_those_of_the_header():
     """Field by field: a structure that is changed in one place only is not loaded."""
     found = kernel_library.library()
     assert kernel_library._layout(found) == list(structures.sizes_and_offsets())
-    assert len(structures.STRUCTURES) == 8
+    assert len(structures.STRUCTURES) == 10
 
 
 class TestCounts:
@@ -208,7 +208,7 @@ def name_and_reason(loop):
 class TestWhichLoop:
     @pytest.fixture(autouse=True)
     def untold(self, monkeypatch):
-        monkeypatch.setattr(flights, "_told", set())
+        monkeypatch.setattr("cosim.flight._told", set())
 
     def loop(self, folder):
         return name_and_reason(json.loads((folder / "run.json").read_text())["loop"])

@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from scipy.interpolate import CubicHermiteSpline
 from scipy.linalg import expm
 
-from cosim import flights, simulate
+from cosim import simulate
 from cosim.cli.library import Library
 from cosim.errors import NotSupported, StepFailed
 from cosim.masters import curves
@@ -346,7 +346,7 @@ class TestTold:
         ]
 
     def test_in_run_json_and_in_the_log(self, kit, caplog, monkeypatch):
-        monkeypatch.setattr(flights, "_told", set())  # each line is logged once a process
+        monkeypatch.setattr("cosim.flight._told", set())  # each line is logged once a process
         result = both.fly(both.of({"s": kit["Sine1"], "i": kit["Held"]}, [("s.y", "i.u", "smooth")]))
         (line,) = result.info["warnings"]
         assert line.startswith("s -> i is weaker than asked for (smooth)") and line in caplog.text

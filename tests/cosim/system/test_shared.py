@@ -53,7 +53,7 @@ def test_nothing_is_told(parts, options):
 
 def test_a_flight_whose_parameters_settle_it_is_not_told(caplog, monkeypatch):
     """And one that leaves it open is, in run.json and once on the terminal."""
-    monkeypatch.setattr("cosim.flights._told", set())
+    monkeypatch.setattr("cosim.flight._told", set())
     parts = {"plant": Part("plant", [1.0]), "law": Part("law", [2.0])}
     system = System(name="two", components=dict.fromkeys(parts, ""))
     experiment = Experiment(stop_time=0.2, communication_step_size=0.1)
