@@ -98,7 +98,7 @@ def test_rows_show_the_signal_of_that_instant(master, interpolation):
 
 
 def test_a_step_within_a_step_is_its_mean():
-    """previous: the impulse is exact, so that the rate is; the position is off by what the mean does before the jump."""
+    """previous: the impulse is exact, so that the rate is; the position is off by what the mean does before a jump."""
     signal = Signal(([0.0, 0.43, 2.0], [0.0, 2.0, 2.0]), interpolation="previous")
     result = flown(body(signal), Explicit())
     t = result.time
