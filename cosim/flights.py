@@ -26,7 +26,7 @@ from cosim.results.recorder import Recorder
 from cosim.results.result import Judge, Result
 from cosim.slaves import crew as crews
 from cosim.slaves.crew import Crew, Crews
-from cosim.slaves.fmi2 import FmuSlave
+from cosim.slaves.opening import open_fmu
 from cosim.slaves.pending import Patience
 from cosim.slaves.slave import Slave
 from cosim.system.expand import rewire, wire
@@ -97,7 +97,7 @@ def prepare(
                 f"instances that are given ({names}) fly one flight at a time", "Prepare one more system."
             )
         made = True
-        return {name: given[name] if name in given else FmuSlave(name, paths[name]) for name in system.components}
+        return {name: given[name] if name in given else open_fmu(name, paths[name]) for name in system.components}
 
     return Prepared(system, paths, make, swaps, metrics)
 
