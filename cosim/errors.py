@@ -89,12 +89,12 @@ class AlgebraicLoop(SimulationError):
         return f"{' <- '.join(self.path)}: {self.problem}{where}. {self.advice}"
 
 
-_STATUS = {2: "fmi2Discard", 3: "fmi2Error", 4: "fmi2Fatal", 5: "fmi2Pending"}
+_STATUS = {2: "Discard", 3: "Error", 4: "Fatal", 5: "Pending"}
 
 
-def status_name(status: int) -> str:
-    """Return the name of an FMI status that ends a call."""
-    return _STATUS.get(status, f"the illegal status {status}")
+def status_name(status: int, prefix: str = "fmi2") -> str:
+    """Return the name of an FMI status that ends a call; `prefix`: of the version of FMI."""
+    return f"{prefix}{_STATUS[status]}" if status in _STATUS else f"the illegal status {status}"
 
 
 @dataclass(eq=False)
@@ -109,6 +109,11 @@ class CallFailed(SimulationError):
     terminated: bool = False
     waited: float | None = None
     """How long was waited for a step that stayed in fmi2Pending, s."""
+
+    @property
+    def in_step(self) -> bool:
+        """Whether the call was the step itself, whatever version of FMI names it."""
+        return self.function.endswith("DoStep")
 
     def __str__(self) -> str:
         """Component, function, status, the FMU's own words."""
@@ -152,7 +157,7 @@ class StepFailed(SimulationError):
     @property
     def is_final(self) -> bool:
         """Whether the FMU takes no other step after this one, not even from an earlier state."""
-        return self.status in ("fmi2Fatal", "fmi2Pending")
+        return self.status.endswith(("Fatal", "Pending"))
 
     @property
     def grown(self) -> bool:

@@ -30,7 +30,7 @@ from cosim.results.folder import place
 from cosim.results.result import Judge, Result
 from cosim.slaves import crew as crews
 from cosim.slaves.crew import Crew, Crews
-from cosim.slaves.fmi2 import FmuSlave
+from cosim.slaves.opening import open_fmu
 from cosim.slaves.pending import Patience
 from cosim.slaves.slave import Slave
 from cosim.slaves.tabulated import Tabulated
@@ -99,7 +99,7 @@ def prepare(
                 f"instances that are given ({names}) fly one flight at a time", "Prepare one more system."
             )
         made = True
-        return {name: given[name] if name in given else FmuSlave(name, paths[name]) for name in system.components}
+        return {name: given[name] if name in given else open_fmu(name, paths[name]) for name in system.components}
 
     return Prepared(system, paths, make, swaps, metrics)
 

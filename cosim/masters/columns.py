@@ -3,14 +3,18 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from typing import Literal
 
 import numpy as np
 
 from cosim.arrays import FloatArray, IntArray
 from cosim.errors import UnknownName
 from cosim.system.wiring import Port, Wiring
-from fmus.description.description import Type
+from fmus.description.description import ScalarVariable, Type
 from fmus.description.names import canonical, split_element
+
+ColumnType = Type | Literal["Long"]
+"""How a column is recorded; Long: an integer of FMI 3.0 that may have more than 32 bits with a sign."""
 
 FLAG = 0.5
 """A flag is up where it is above this, half way between its values 0 and 1."""
@@ -22,7 +26,7 @@ class Columns:
 
     names: tuple[str, ...]
     units: tuple[str | None, ...]
-    types: tuple[Type, ...]
+    types: tuple[ColumnType, ...]
     items: tuple[Mapping[str, int] | None, ...]
     slots: IntArray
 
@@ -33,7 +37,7 @@ class Columns:
         return cls(
             names=tuple(map(str, ports)),
             units=tuple(v.unit for v in variables),
-            types=tuple(v.type for v in variables),
+            types=tuple(_type(v) for v in variables),
             items=tuple(v.items if v.type == "Enumeration" else None for v in variables),
             slots=np.array([slots[port] for port in ports], dtype=np.int64),
         )
@@ -41,6 +45,11 @@ class Columns:
     def row(self, values: FloatArray) -> FloatArray:
         """Return the recorded columns of a vector of slots, shape (n,)."""
         return values[self.slots]
+
+
+def _type(variable: ScalarVariable) -> ColumnType:
+    long = variable.element is not None and variable.element.type in ("UInt32", "Int64", "UInt64")
+    return "Long" if long else variable.type
 
 
 def recorded(wiring: Wiring, patterns: Sequence[str]) -> list[Port]:

@@ -105,8 +105,8 @@ def slope_or_none(slope: FloatArray) -> FloatArray:
 
 def failed_step(error: CallFailed, t: float, h: float) -> StepFailed:
     """Return a failed call as the failed step that it is; t, h: start and size of the component's step, s."""
-    status = error.status if error.function == "fmi2DoStep" else f"{error.status} from {error.function}"
-    last, terminated = error.last_successful_time, error.terminated and error.function == "fmi2DoStep"
+    status = error.status if error.in_step else f"{error.status} from {error.function}"
+    last, terminated = error.last_successful_time, error.terminated and error.in_step
     return StepFailed(error.component, status, t, h, last, error.messages, terminated=terminated, waited=error.waited)
 
 

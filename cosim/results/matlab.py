@@ -14,8 +14,8 @@ import numpy as np
 import pyarrow as pa
 
 from cosim.errors import NotSupported
+from cosim.masters.columns import ColumnType
 from cosim.results.schema import TYPES, field, items_of, to_numpy, unit_of
-from fmus.description.description import Type
 from fmus.description.names import Group, group
 
 LARGEST = 2**31 - 1
@@ -104,7 +104,7 @@ def read(path: Path) -> pa.Table:
         [str(cell[0]) if len(cell) else "" for cell in content[f"column_{what}"].ravel()]
         for what in ("names", "units", "types", "items")
     )
-    kinds: dict[str, Type] = {str(kind): name for name, kind in TYPES.items()}
+    kinds: dict[str, ColumnType] = {str(kind): name for name, kind in TYPES.items()}
     columns: dict[str, Any] = {"time": content["time"].ravel()}
     arrays = _arrays(names[1:], types[1:])
     for base, (instance, variable) in _places(arrays).items():

@@ -14,12 +14,11 @@ import pyarrow as pa
 
 from cosim.arrays import FloatArray
 from cosim.errors import ResultUnwritable
-from cosim.masters.columns import Columns
+from cosim.masters.columns import Columns, ColumnType
 from cosim.masters.types import Texts
 from cosim.masters.watch import Block
 from cosim.results.names import STREAM
 from cosim.results.schema import ENUMERATION, schema
-from fmus.description.description import Type
 
 FLUSH = 1.0
 """Seconds after which rows go to the operating system at the latest."""
@@ -95,17 +94,19 @@ class Recorder:
 
     def _batch(self, rows: FloatArray) -> pa.RecordBatch:
         columns = rows.T.copy()  # a single row is contiguous as it is, and would be overwritten by the next
-        types: tuple[Type, ...] = ("Real", *self._columns.types)
+        types: tuple[ColumnType, ...] = ("Real", *self._columns.types)
         arrays = [self._array(column, kind) for column, kind in zip(columns, types, strict=True)]
         return pa.RecordBatch.from_arrays(arrays, schema=self._schema)
 
-    def _array(self, column: FloatArray, kind: Type) -> pa.Array:
+    def _array(self, column: FloatArray, kind: ColumnType) -> pa.Array:
         """Return a column in its own type. pa.array of a NumPy array would import pandas."""
         if kind == "Real":
             return pa.Array.from_buffers(pa.float64(), len(column), [None, pa.py_buffer(column)])
         if kind in ("Integer", "Enumeration"):
             buffer = pa.py_buffer(column.astype(np.int32))
             return pa.Array.from_buffers(ENUMERATION, len(column), [None, buffer])
+        if kind == "Long":
+            return pa.Array.from_buffers(pa.int64(), len(column), [None, pa.py_buffer(column.astype(np.int64))])
         if kind == "Boolean":
             bits = np.packbits(column != 0, bitorder="little")
             return pa.Array.from_buffers(pa.bool_(), len(column), [None, pa.py_buffer(bits)])

@@ -9,13 +9,13 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from cosim.masters.columns import Columns
-from fmus.description.description import Type
+from cosim.masters.columns import Columns, ColumnType
 
 ENUMERATION = pa.int32()
-TYPES: Mapping[Type, pa.DataType] = {
+TYPES: Mapping[ColumnType, pa.DataType] = {
     "Real": pa.float64(),
     "Integer": pa.int32(),
+    "Long": pa.int64(),
     "Enumeration": ENUMERATION,
     "Boolean": pa.bool_(),
     "String": pa.string(),
@@ -34,7 +34,7 @@ def schema(columns: Columns) -> pa.Schema:
     return _known[columns]
 
 
-def field(name: str, kind: Type, unit: str | None, items: Mapping[str, int] | None) -> pa.Field:
+def field(name: str, kind: ColumnType, unit: str | None, items: Mapping[str, int] | None) -> pa.Field:
     """Return one column; `items` are the literals of an enumeration, with their numbers."""
     metadata = {} if unit is None else {"unit": unit}
     if items is not None:
@@ -61,7 +61,7 @@ def to_numpy(column: pa.ChunkedArray) -> NDArray[Any]:
     return np.concatenate([_values(chunk) for chunk in column.chunks] or [np.zeros(0, _DTYPES[column.type])])
 
 
-_DTYPES = {pa.float64(): np.float64, pa.int32(): np.int32, pa.bool_(): np.bool_}
+_DTYPES = {pa.float64(): np.float64, pa.int32(): np.int32, pa.int64(): np.int64, pa.bool_(): np.bool_}
 
 
 def _values(chunk: pa.Array) -> NDArray[Any]:

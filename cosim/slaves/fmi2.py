@@ -1,52 +1,34 @@
-"""FMI 2.0 FMUs as slaves, through fmpy. With shelf.py the only place of this package that imports fmpy."""
+"""FMI 2.0 FMUs as slaves, through fmpy."""
 
 import ctypes
-import os
-from collections import deque
 from collections.abc import Callable, Sequence
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
-import fmpy
 import numpy as np
 from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
 
 from cosim.arrays import FloatArray
-from cosim.errors import CallFailed, FmuError, status_name
 from cosim.slaves import breadcrumb
-from cosim.slaves.pending import STOP_IS_ASKED, TIME_IS_UP, Patience
+from cosim.slaves.binary import Unmoved
+from cosim.slaves.instance import Instance
+from cosim.slaves.pending import STOP_IS_ASKED, TIME_IS_UP
 from cosim.slaves.shelf import SHELF
-from cosim.slaves.slave import CInterface, References, Refusal, Warned, note_warnings
-from fmus.description.description import ModelDescription
-
-LOG_LINES = 200
-"""How many of its last log messages a slave keeps."""
+from cosim.slaves.slave import CInterface, References, Refusal, note_warnings
 
 
-class FMU2Unmoved(fmi2.FMU2Slave):
-    """fmpy's slave, loaded without a change of the process's working folder, which threads would see.
+class FMU2Unmoved(Unmoved, fmi2.FMU2Slave):
+    """fmpy's slave; fmpy tells the version of FMI by the class's name."""
 
-    A status that FMI does not know is an error, a negative one too. fmpy tells the version of FMI by the class's name.
-    """
-
-    def __init__(self, description: ModelDescription, folder: Path, name: str) -> None:
-        binaries = folder / "binaries" / fmpy.platform
-        library = binaries / f"{description.model_identifier}{fmpy.sharedLibraryExtension}"
-        self.guid, self.modelIdentifier = description.guid, description.model_identifier
-        self.unzipDirectory, self.instanceName = str(folder), name
-        self.fmiCallLogger, self.requireFunctions = None, True
-        self._functions: dict[str, Any] = {}
-        beside: Any = getattr(os, "add_dll_directory", lambda _folder: nullcontext())  # where a DLL finds its like
-        self._name = name.encode()
-        with beside(str(binaries)), breadcrumb.inside(self._name, b"dlopen"):
-            self.dll = ctypes.CDLL(str(library))
-        self._loadFunctions()
-        self.addresses = {name: _address(function) for name, function in self._functions.items()}
-        self.component: Any = None
-        self.callbacks: Any = None
-        self.warned: Warned = {}
+    needed = (
+        "fmi2Instantiate",
+        "fmi2FreeInstance",
+        "fmi2SetupExperiment",
+        "fmi2EnterInitializationMode",
+        "fmi2ExitInitializationMode",
+        "fmi2DoStep",
+    )
 
     def instantiate(self, visible: bool = False, callbacks: Any = None, loggingOn: bool = False) -> None:
         """fmi2Instantiate, with the address of the resources as this FMU reads it."""
@@ -69,51 +51,20 @@ class FMU2Unmoved(fmi2.FMU2Slave):
         begin = escaped[: escaped.index("/", len("file://")) + 1]
         return begin + path.lstrip("/").replace(" ", "%20")
 
-    def _call(self, fname: str, *args: Any) -> Any:
-        function = self._functions[fname]
-        with breadcrumb.inside(self._name, fname.encode()):
-            result = function(*args)
-        if function.restype is ctypes.c_int and result != fmi2.fmi2OK:
-            if result != fmi2.fmi2Warning:
-                raise FMICallException(function=fname, status=result)
-            note_warnings(self.warned, fname, 1, breadcrumb.here().time)
-        return result
 
-
-class FmuSlave:
-    """An instance of an FMU file. `messages` are its last log messages, oldest first; `warned` see `Slave`.
-
-    Raises `FmuError` if the file cannot be used on this machine, later `CallFailed` for every status above warning.
-    """
+class FmuSlave(Instance):
+    """An instance of an FMI 2.0 FMU; see `Instance`."""
 
     def __init__(self, name: str, path: Path) -> None:
-        self.name = name
-        self.path = path
-        self.description = SHELF.description(path)
-        self.messages: deque[str] = deque(maxlen=LOG_LINES)
-        folder = SHELF.extracted(path, own_copy=self.description.only_once_per_process)
-        try:
-            self._fmu = FMU2Unmoved(self.description, folder, name)
-        except Exception as error:  # whatever a file that is no library, or lacks functions, leads to
-            raise FmuError(path, f"its binary cannot be loaded: {error}") from error
-        self.warned = self._fmu.warned
-        self.patience = Patience()
-        self._key = SHELF.listen(self)
-        self._alive = False
+        super().__init__(name, path, FMU2Unmoved)
         self._buffers: dict[References, tuple[Any, FloatArray, Any]] = {}
         self._vectors: dict[References, Any] = {}
 
     def instantiate(self) -> None:
         """fmi2Instantiate; nothing where there is an instance that was reset."""
-        if self._alive:
-            return
-        try:
-            # pythonfmu's FMUs tell why they fail only where logging is on
-            self._fmu.instantiate(callbacks=SHELF.callbacks(self._key), loggingOn=True)
-        except Exception as error:
-            said = [str(error)] if isinstance(error, ValueError) else []
-            raise CallFailed(self.name, "fmi2Instantiate", "no instance", (*self.messages, *said)) from error
-        self._alive = True
+        # pythonfmu's FMUs tell why they fail only where logging is on
+        callbacks = SHELF.callbacks(self._key)
+        self._instantiated("fmi2Instantiate", lambda: self._fmu.instantiate(callbacks=callbacks, loggingOn=True))
 
     def setup_experiment(self, t: float, tolerance: float | None = None, stop: float | None = None) -> None:
         """fmi2SetupExperiment."""
@@ -229,21 +180,11 @@ class FmuSlave:
 
     def reset(self) -> bool:
         """fmi2Reset; False where there is no instance, or it cannot be reset: `free` it, and make a new one."""
-        self.messages.clear()
-        self.warned.clear()
-        if not self._alive:
-            return False
-        try:
-            self._call(self._fmu.reset)
-        except CallFailed:
-            return False
-        return True
+        return self._reset(self._fmu.reset)
 
     def free(self) -> None:
-        """fmi2FreeInstance, once. The library stays loaded: unloading pythonfmu's can end the process."""
-        if self._alive:
-            self._alive = False
-            self._fmu.fmi2FreeInstance(self._fmu.component)
+        """fmi2FreeInstance, once."""
+        self._freed(self._fmu.fmi2FreeInstance)
 
     def c_interface(self) -> CInterface | None:
         """Return the instance for a caller in C."""
@@ -253,8 +194,7 @@ class FmuSlave:
 
     def failed(self, status: int) -> Refusal:
         """Note a call that failed; return what the FMU says of it where it discarded the call."""
-        if status == fmi2.fmi2Fatal:
-            self._alive = False  # FMI: no further call, not even fmi2FreeInstance
+        super().failed(status)
         if status == fmi2.fmi2Pending and self._asked(self._fmu.fmi2CancelStep, self._fmu.component) is None:
             self._alive = False  # it still steps, and FMI allows no other call then
         if status != fmi2.fmi2Discard:
@@ -263,13 +203,6 @@ class FmuSlave:
             self._asked(self._fmu.getRealStatus, fmi2.fmi2LastSuccessfulTime),
             bool(self._asked(self._fmu.getBooleanStatus, fmi2.fmi2Terminated)),
         )
-
-    @staticmethod
-    def _asked(function: Callable[..., Any], *arguments: Any) -> Any:
-        try:
-            return function(*arguments)
-        except FMICallException:
-            return None
 
     def _buffer(self, references: References) -> tuple[Any, FloatArray, Any]:
         found = self._buffers.get(references)
@@ -293,20 +226,3 @@ class FmuSlave:
     def _set(self, function: Callable[..., Any], references: References, kind: Any, values: Sequence[Any]) -> None:
         array = (kind * len(references))(*values)
         self._call(function, self._fmu.component, self._vector(references), len(references), array)
-
-    def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        try:
-            return function(*arguments)
-        except FMICallException as error:
-            raise self._failure(error) from None
-
-    def _failure(self, error: FMICallException) -> CallFailed:
-        said = self.failed(error.status)
-        status, messages = status_name(error.status), tuple(self.messages)
-        return CallFailed(
-            self.name, error.function, status, messages, said.last_successful_time, terminated=said.terminated
-        )
-
-
-def _address(function: Any) -> int:
-    return int(ctypes.cast(function, ctypes.c_void_p).value or 0)

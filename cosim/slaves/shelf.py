@@ -16,7 +16,7 @@ from tempfile import mkdtemp
 from typing import Any
 
 import fmpy
-from fmpy import fmi2
+from fmpy import fmi2, fmi3
 
 from fmus import places
 from fmus.description.archive import extract
@@ -52,11 +52,13 @@ class Shelf:
         self._lock = threading.RLock()
         self._descriptions: dict[Stamp, ModelDescription] = {}
         self._folders: dict[tuple[Stamp, int], Path] = {}
+        self._idle: dict[Stamp, list[int]] = {}  # copies that were lent and given back
         self._files: dict[Path, list[Path]] = {}  # folder -> what was extracted there
         self._copies = itertools.count(1)
         self._keys = itertools.count(1)
         self._listeners: weakref.WeakValueDictionary[int, Any] = weakref.WeakValueDictionary()
         self._logger = fmi2.fmi2CallbackLoggerTYPE(self._log)
+        self.logger3 = fmi3.fmi3LogMessageCallback(self._log3)
 
     def description(self, path: Path) -> ModelDescription:
         """Return what the modelDescription.xml of a file says, read once per version of the file; raises `FmuError`."""
@@ -67,14 +69,15 @@ class Shelf:
             return self._descriptions[stamp]
 
     def extracted(self, path: Path, *, own_copy: bool) -> Path:
-        """Return the folder of an extracted FMU: one for all of its instances, or `own_copy` one more.
+        """Return the folder of an extracted FMU: one for all of its instances, or `own_copy` one that no other has.
 
         One that has been emptied meanwhile, as what cleans temporary folders does, is extracted again, with a line.
         Raises `FmuError` for a file that has no binary for this platform, or cannot be extracted.
         """
         stamp = stamp_of(path)
         with self._lock:
-            key = stamp, next(self._copies) if own_copy else 0
+            idle = self._idle.setdefault(stamp, [])
+            key = stamp, (idle.pop() if idle else next(self._copies)) if own_copy else 0
             if key in self._folders and not _is_whole(self._files[self._folders[key]]):
                 _log.warning("%s, extracted from %s, was emptied: it is extracted again", self._folders.pop(key), path)
             if key not in self._folders:
@@ -85,6 +88,17 @@ class Shelf:
                 except OSError as error:
                     raise FmuError(path, f"it cannot be extracted: {error}") from error
             return self._folders[key]
+
+    def lend(self, borrower: Any, folder: Path, fmu: Any) -> None:
+        """Note who has a copy of its own: when it is gone, its instance freed (`fmu.component`), the next has it."""
+        with self._lock:
+            key = next(key for key, place in self._folders.items() if place == folder)
+        weakref.finalize(borrower, self._take_back, key, fmu)
+
+    def _take_back(self, key: tuple[Stamp, int], fmu: Any) -> None:
+        if fmu.component is None:
+            with self._lock:
+                self._idle[key[0]].append(key[1])
 
     def listen(self, listener: Any) -> int:
         """Return the key under which an instance's log messages come to `listener.messages`."""
@@ -106,6 +120,12 @@ class Shelf:
         return callbacks
 
     def _log(self, environment: int | None, instance: bytes, status: int, category: bytes, message: bytes) -> None:
+        self._said(environment, message)
+
+    def _log3(self, environment: int | None, status: int, category: bytes, message: bytes) -> None:
+        self._said(environment, message)
+
+    def _said(self, environment: int | None, message: bytes) -> None:
         listener = self._listeners.get(environment or 0)
         text = _CONTROL.sub("?", (message or b"").decode("utf-8", "replace").rstrip())
         if listener is not None and not (text.startswith(_NOTHING[0]) and text.endswith(_NOTHING[1])):

@@ -125,6 +125,10 @@ class _Checker:
         try:
             found = description.find(variable, "variable", f'component "{component}"')
         except UnknownName as error:
+            if variable in description.unserved:
+                problem = f"{name} is {description.unserved[variable]}: values of this type are not exchanged"
+                self._wrong(problem, connection, "Leave it unconnected.")
+                return None
             names = description.base_names(causality)
             element = error.kind == "element"  # of an array that is there
             self.mistakes.append(error if element else UnknownName(causality, error.name, error.where, names))

@@ -11,13 +11,15 @@ from cosim.system.system import System
 from cosim.system.value import Value, plain
 from cosim.system.wiring import Port
 from fmus.description import units
+from fmus.description.arrays import range_of
 from fmus.description.description import ModelDescription, Scalar, ScalarVariable
 from fmus.description.names import Group, nearest, split_element, split_port
 
 WORDS = ("String", "Enumeration", "Boolean")
 """Types whose values may be words: of a text, what was written counts."""
 
-INTEGERS = -(2**31), 2**31 - 1
+EXACT = 2**53
+"""The largest whole number up to which all are doubles, as values that are exchanged are."""
 
 
 class Parameters:
@@ -61,7 +63,11 @@ class Parameters:
                     ParameterError(key, "it is held, but it is no input. Inputs: " + _inputs(description))
                 )
                 continue
-            result |= self._values(component, group, name, value)
+            values = self._values(component, group, name, value)
+            for port in [port for port, v in values.items() if isinstance(v, int) and abs(v) > EXACT]:
+                problem = f"the value {values.pop(port)} is beyond 2^53, up to which all are exact"
+                self.mistakes.append(ParameterError(str(port), problem))
+            result |= values
         return result
 
     def _everywhere(self, name: str, value: Any, where: str, *, only_parameters: bool) -> dict[Port, Scalar]:
@@ -90,7 +96,20 @@ class Parameters:
             advice = f'hold it: held={{"{component}.{name}": ...}}' if causality == "input" else "it cannot be set"
             self.mistakes.append(ParameterError(f"{component}.{name}", f"it is {_article(causality)}: {advice}"))
             return {}
-        return self._values(component, group, name, value)
+        return self._sized(component, self._values(component, group, name, value))
+
+    def _sized(self, component: str, values: dict[Port, Scalar]) -> dict[Port, Scalar]:
+        """Refuse a structural parameter that would change the size of an array: sizes are those of its start value."""
+        description = self.descriptions[component]
+        kept: dict[Port, Scalar] = {}
+        for port, value in values.items():
+            start, arrays = description.variables[port.variable].start, description.sizes.get(port.variable)
+            if arrays is None:
+                kept[port] = value
+            elif value != start:
+                problem = f"{', '.join(arrays)} take their size from it, which is that of its start value {start}"
+                self.mistakes.append(ParameterError(str(port), f"{problem}: it cannot be {value} here"))
+        return kept
 
     def _find(self, component: str, name: str, kind: str) -> Group | None:
         description = self.descriptions[component]
@@ -156,7 +175,8 @@ def _specificity(key: str) -> int:
 
 def _settable(description: ModelDescription, group: Group, only_parameters: bool) -> bool:
     variable = description.variables[group.elements[0]]
-    return variable.causality == "parameter" or (variable.is_parameter and not only_parameters)
+    only = variable.causality in ("parameter", "structuralParameter")
+    return only or (variable.is_parameter and not only_parameters)
 
 
 def _checked(variable: ScalarVariable, value: Any, convert: units.Conversion) -> Scalar:
@@ -181,8 +201,10 @@ def _checked(variable: ScalarVariable, value: Any, convert: units.Conversion) ->
         raise ValueError(f"the value {value} is not finite")
     if int(value) != value:
         raise wrong
-    if not INTEGERS[0] <= value <= INTEGERS[1]:
-        raise ValueError(f"the value {value} is beyond an Integer of FMI 2.0, {INTEGERS[0]} to {INTEGERS[1]}")
+    kind = "Integer of FMI 2.0" if variable.element is None else variable.element.type
+    least, largest = range_of(kind)
+    if not least <= value <= largest:
+        raise ValueError(f"the value {value} is beyond {_article(kind)}, {least} to {largest}")
     return int(value)
 
 
@@ -238,7 +260,7 @@ def _words(shape: tuple[int, ...] | None) -> str:
 
 
 def _article(causality: str) -> str:
-    return f"{'an' if causality[0] in 'aeiou' else 'a'} {causality}"
+    return f"{'an' if causality[0].lower() in 'aeiou' else 'a'} {causality}"
 
 
 def _inputs(description: ModelDescription) -> str:

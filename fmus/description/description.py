@@ -16,11 +16,22 @@ Scalar = float | int | bool | str
 
 
 @dataclass(frozen=True)
+class Element:
+    """What a scalar is in an FMU of FMI 3.0: element `index`, row by row from 0, of a variable of `size` elements."""
+
+    type: str
+    value_reference: int
+    index: int = 0
+    size: int = 1
+
+
+@dataclass(frozen=True)
 class ScalarVariable:
     """One ScalarVariable; `initial` and `variability` with FMI's defaults filled in, `start` in `unit`.
 
     minimum, maximum: as the variable or its declared type says. items: literal -> value of an Enumeration.
-    derivative: name of the variable that this one is the time derivative of.
+    derivative: name of the variable that this one is the time derivative of. element: what it is in FMI 3.0, where
+    `value_reference` is its place among all scalars.
     """
 
     name: str
@@ -38,11 +49,12 @@ class ScalarVariable:
     items: Mapping[str, int] | None = None
     derivative: str | None = None
     description: str = ""
+    element: Element | None = None
 
     @property
     def is_parameter(self) -> bool:
         """Whether a user may set it before initialization: a parameter, or an initial state."""
-        if self.causality == "parameter":
+        if self.causality in ("parameter", "structuralParameter"):
             return True
         return self.initial == "exact" and self.variability != "constant" and self.causality in ("output", "local")
 
@@ -63,7 +75,9 @@ class ModelDescription:
 
     max_input_derivative_order: what our annotations say of fmi2SetRealInputDerivatives, 0: nothing.
     dependencies (outputs), derivatives (rates of states), initial_unknowns: variable -> names it depends on, None: not
-    said. refresh, sampled, step_means, rates_act, role, shared: see annotations.py.
+    said. refresh, sampled, step_means, rates_act, role, shared: see annotations.py. sizes: structural parameter of FMI
+    3.0 -> the arrays that take a dimension from it. unserved: variables of types that are not exchanged, with the type.
+    model_exchange: whether the FMU gives only derivatives, and is integrated here.
     """
 
     model_name: str
@@ -94,6 +108,10 @@ class ModelDescription:
     log_categories: tuple[str, ...] = ()
     generation_tool: str = ""
     description: str = ""
+    fmi_version: str = "2.0"
+    model_exchange: bool = False
+    sizes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    unserved: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         """Name, GUID, how many variables of each causality."""

@@ -1,5 +1,7 @@
 """modelDescription.xml -> `ModelDescription`: through fmpy, and by lxml what fmpy does not read, our VendorAnnotations.
 
+Of FMI 1.0, 2.0 and 3.0; an FMU for co-simulation and for model exchange is read as one for co-simulation.
+
 The writer is write.py. fmpy and lxml are imported when something is read: importing the readers is to cost nothing.
 """
 
@@ -10,8 +12,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from fmus.description import earliest
 from fmus.description.annotations import Annotations, read_annotations
 from fmus.description.archive import read_file
+from fmus.description.arrays import Arrays
 from fmus.description.description import DefaultExperiment, ModelDescription, Scalar, ScalarVariable, Type
 from fmus.description.errors import FmuError
 from fmus.description.names import canonical
@@ -23,7 +27,7 @@ _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 def read_description(path: Path) -> ModelDescription:
     """Read modelDescription.xml of an FMU.
 
-    Raises `FmuError` for what is no FMU, is damaged, or is not FMI 2.0 co-simulation.
+    Raises `FmuError` for what is no FMU, is damaged, or is of a kind that cannot be flown.
     """
     return parse_description(read_file(path, "modelDescription.xml"), path)
 
@@ -36,15 +40,17 @@ def parse_description(xml: bytes, path: Path) -> ModelDescription:
         root = etree.fromstring(xml)
     except (etree.XMLSyntaxError, ValueError, LookupError) as error:
         raise FmuError(path, f"its modelDescription.xml is damaged: {error}") from error
-    version = root.get("fmiVersion")
-    if version != "2.0":
-        raise FmuError(path, f"it is of FMI version {version}, needed is 2.0")
-    if root.find("CoSimulation") is None:
-        raise FmuError(path, "it is for model exchange only, needed is co-simulation")
+    version = root.get("fmiVersion") or "none"
+    if not re.fullmatch(r"1\.0|2\.0|3\.[0-9]+", version):
+        raise FmuError(path, f"it is of FMI version {version}, needed is 1.0, 2.0 or 3.0")
+    if version != "1.0" and root.find("CoSimulation") is None and root.find("ModelExchange") is None:
+        raise FmuError(path, "it is for scheduled execution only, needed is co-simulation or model exchange")
     try:
-        return _from_fmpy(_read_by_fmpy(xml), read_annotations(root))
+        read = _from_fmpy(_read_by_fmpy(xml), read_annotations(root), root)
+        _refuse_references(read)
     except Exception as error:  # fmpy raises whatever a damaged file leads to
         raise FmuError(path, f"its modelDescription.xml is damaged: {_first_line(error)}") from error
+    return read
 
 
 def _read_by_fmpy(xml: bytes) -> Any:
@@ -67,41 +73,78 @@ def _first_line(error: Exception) -> str:
     return "; ".join(problems[:3]) or str(error) or type(error).__name__
 
 
-def _from_fmpy(description: Any, annotations: Annotations) -> ModelDescription:
-    """Return what fmpy's `ModelDescription` of an FMI 2.0 co-simulation FMU and our annotations say."""
-    slave = description.coSimulation
-    if not _IDENTIFIER.fullmatch(slave.modelIdentifier):
-        raise ValueError(f"the modelIdentifier {slave.modelIdentifier!r} is no identifier of C")
+def _from_fmpy(description: Any, annotations: Annotations, root: Any) -> ModelDescription:
+    """Return what fmpy's `ModelDescription` and our annotations say; `root`: the element, for what fmpy leaves out."""
+    own = description.coSimulation or description.modelExchange
+    if not _IDENTIFIER.fullmatch(own.modelIdentifier):
+        raise ValueError(f"the modelIdentifier {own.modelIdentifier!r} is no identifier of C")
     return ModelDescription(
         model_name=description.modelName,
         guid=description.guid,
-        variables=_variables(description.modelVariables),
-        dependencies=_unknowns(description.outputs),
-        derivatives=_unknowns(description.derivatives),
-        initial_unknowns=_unknowns(description.initialUnknowns),
+        **_interface(description, root),
         units={u.name: _unit(u) for u in description.unitDefinitions},
         default_experiment=_default_experiment(description.defaultExperiment),
-        can_handle_variable_step=slave.canHandleVariableCommunicationStepSize,
-        can_interpolate_inputs=slave.canInterpolateInputs,
-        max_input_derivative_order=annotations.input_derivatives,
-        max_output_derivative_order=int(slave.maxOutputDerivativeOrder or 0),
-        can_get_and_set_state=slave.canGetAndSetFMUstate,
-        can_serialize_state=slave.canSerializeFMUstate,
-        provides_directional_derivative=slave.providesDirectionalDerivative,
-        only_once_per_process=slave.canBeInstantiatedOnlyOncePerProcess,
-        needs_execution_tool=slave.needsExecutionTool,
+        model_exchange=description.coSimulation is None,
+        **_capabilities(description, root, annotations),
+        only_once_per_process=own.canBeInstantiatedOnlyOncePerProcess,
+        needs_execution_tool=own.needsExecutionTool,
         refresh=annotations.refresh,
         sampled=annotations.sampled,
         step_means={canonical(n): canonical(of) for n, of in annotations.step_means.items()},
         role=annotations.role,
         rates_act=frozenset(canonical(n) for n in annotations.rates_act),
         shared=frozenset(canonical(n) for n in annotations.shared),
-        model_identifier=slave.modelIdentifier,
+        model_identifier=own.modelIdentifier,
         source_files=_source_files(description),
         log_categories=tuple(c.name for c in description.logCategories),
         generation_tool=description.generationTool or "",
         description=description.description or "",
+        fmi_version=description.fmiVersion,
     )
+
+
+def _interface(description: Any, root: Any) -> dict[str, Any]:
+    """Return variables and what depends on what."""
+    if description.fmiVersion == "1.0":
+        return earliest.interface(_variables(description.modelVariables), root)
+    sections = {
+        "dependencies": description.outputs,
+        "derivatives": description.derivatives,
+        "initial_unknowns": description.initialUnknowns,
+    }
+    if description.fmiVersion == "2.0":
+        variables = _variables(description.modelVariables)
+        return {"variables": variables, **{name: _unknowns(section) for name, section in sections.items()}}
+    arrays = Arrays(description, root)
+    unknowns = {name: arrays.unknowns(section) for name, section in sections.items()}
+    return {"variables": arrays.variables(), **unknowns, "sizes": arrays.sizes, "unserved": arrays.unserved}
+
+
+def _capabilities(description: Any, root: Any, annotations: Annotations) -> dict[str, Any]:
+    """Return the capabilities of co-simulation; what is integrated here has none of them but to step as one likes."""
+    own, tag = description.coSimulation, root.find("CoSimulation")
+    if own is None:
+        return {}
+    if tag is None:
+        return earliest.capabilities(root)
+    directional = {tag.get("providesDirectionalDerivative"), tag.get("providesDirectionalDerivatives")}
+    return {
+        "can_handle_variable_step": own.canHandleVariableCommunicationStepSize,
+        "can_interpolate_inputs": own.canInterpolateInputs,
+        "max_input_derivative_order": annotations.input_derivatives,
+        "max_output_derivative_order": int(own.maxOutputDerivativeOrder or 0),
+        "can_get_and_set_state": own.canGetAndSetFMUstate,
+        "can_serialize_state": own.canSerializeFMUstate,
+        "provides_directional_derivative": not directional.isdisjoint({"true", "1"}),
+    }
+
+
+def _refuse_references(read: ModelDescription) -> None:
+    """Raise ValueError for what no FMI function takes as a value reference."""
+    for v in read.variables.values():
+        reference = v.value_reference if v.element is None else v.element.value_reference
+        if not 0 <= reference < 2**32:
+            raise ValueError(f"{v.name} has the value reference {reference}, they are 0 to {2**32 - 1}")
 
 
 def _default_experiment(experiment: Any) -> DefaultExperiment:
@@ -113,7 +156,7 @@ def _default_experiment(experiment: Any) -> DefaultExperiment:
 
 def _source_files(description: Any) -> tuple[str, ...]:
     configurations: list[Any] = description.buildConfigurations
-    identifier = description.coSimulation.modelIdentifier
+    identifier = (description.coSimulation or description.modelExchange).modelIdentifier
     sets = [s for c in configurations if c.modelIdentifier == identifier for s in c.sourceFileSets]
     return tuple(file for s in sets for file in s.sourceFiles)
 

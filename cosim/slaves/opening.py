@@ -1,0 +1,21 @@
+"""The one place that knows which slave flies which FMU."""
+
+from pathlib import Path
+
+from cosim.errors import FmuError
+from cosim.slaves.shelf import SHELF
+from cosim.slaves.slave import Slave
+
+
+def open_fmu(name: str, path: Path) -> Slave:
+    """Return an instance of an FMU file, not yet instantiated; raises `FmuError`."""
+    description = SHELF.description(path)
+    if description.model_exchange or description.fmi_version == "1.0":
+        raise FmuError(path, "it is for model exchange only, or of FMI 1.0: needed is co-simulation of FMI 2.0 or 3.0")
+    if description.fmi_version.startswith("3"):
+        from cosim.slaves.fmi3 import Fmi3Slave
+
+        return Fmi3Slave(name, path)
+    from cosim.slaves.fmi2 import FmuSlave
+
+    return FmuSlave(name, path)

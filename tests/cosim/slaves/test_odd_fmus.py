@@ -1,0 +1,194 @@
+"""FMUs of FMI 2.0 that are less than whole, or other than usual: they fly, or the reason is told by name."""
+
+import gc
+import subprocess
+import zipfile
+from pathlib import Path
+
+import fmpy
+import pytest
+
+from cosim import Experiment, System, simulate
+from cosim.errors import FmuError, InitializationFailed, StepFailed
+from cosim.masters.explicit import Explicit
+from cosim.masters.kernel import library as kernels
+from fmus import places, toolchain
+
+from .. import c_fmu, tiny_fmu
+from ..c_fmu import real
+
+STEP = "m->state[0] += h * u;"
+OPTIONAL = ("CancelStep", "GetFMUstate", "SetFMUstate", "FreeFMUstate", "SerializedFMUstateSize", "SerializeFMUstate",
+            "DeSerializeFMUstate", "GetDirectionalDerivative", "GetStatus", "GetRealStatus", "SetDebugLogging",
+            "SetString", "GetString", "GetBooleanStatus", "GetIntegerStatus", "GetStringStatus", "Reset")  # fmt: skip
+
+pytestmark = pytest.mark.skipif(not tiny_fmu.COMPILED, reason="these FMUs are compiled for Linux")
+
+
+def integrator(folder, template=c_fmu.C, **more):
+    """y' = u, u = 2 at its start."""
+    variables = [real("u", "input", start=2.0), real("y")]
+    return c_fmu.build(folder, "I", variables, outputs="y = m->state[0];", step=STEP, template=template, **more)
+
+
+def lacking(*functions):
+    template = c_fmu.C
+    for name in functions:
+        template = template.replace(f" fmi2{name}(", f" lost_{name}(")
+    return template
+
+
+def fly(path, master=None, **more):
+    system = System(name="s", components={"a": str(path)}, hold_unconnected=True)
+    return simulate(system, Experiment(stop_time=1.0, communication_step_size=0.25, master=master, **more))
+
+
+@pytest.mark.parametrize("kernel", ["never", "always"])
+def test_without_functions_that_it_does_not_need(tmp_path, kernel):
+    path = integrator(tmp_path, lacking(*OPTIONAL), canGetAndSetFMUstate=False, canSerializeFMUstate=False)
+    result = fly(path, Explicit(kernel=kernel))
+    assert (result.info["loop"]["name"] == "kernel") == (kernel == "always")
+    assert result["a.y"].tolist() == [0.0, 0.5, 1.0, 1.5, 2.0]
+
+
+@pytest.mark.parametrize("kernel", ["never", "always"])
+def test_a_function_that_it_lacks_and_needs_fails_by_name(tmp_path, kernel):
+    """It says that its step is pending, and cannot be asked for how long."""
+    template = lacking("GetStatus", "CancelStep").replace("int status = step(m, t, h);", "int status = fmi2Pending;")
+    with pytest.raises(StepFailed, match="a returned fmi2Pending at communication point 0 s") as caught:
+        fly(integrator(tmp_path, template), Explicit(kernel=kernel))
+    assert "the FMU has no function fmi2GetStatus" in str(caught.value)
+
+
+def test_without_the_step_itself(tmp_path):
+    with pytest.raises(FmuError, match="its binary cannot be loaded: it has no function fmi2DoStep"):
+        fly(integrator(tmp_path, lacking("DoStep")))
+
+
+def test_a_binary_of_another_name(tmp_path):
+    path = integrator(tmp_path)
+    other = tiny_fmu.changed(path, tmp_path / "o.fmu", rename=lambda n: n.replace("/I.so", "/Other.so"))
+    assert fly(other)["a.y"][-1] == 2.0
+
+
+def test_start_values_that_are_missing(tmp_path):
+    path = integrator(tmp_path)
+    bare = tiny_fmu.changed(path, tmp_path / "b.fmu", xml=lambda text: text.replace(' start="2.0"', ""))
+    result = fly(bare)
+    assert result["a.u"].tolist() == [0.0] * 5  # it is held at 0, and told so
+    assert result.info["held"]["a.u"]["value"] == 0.0
+
+
+def test_another_guid_than_the_binarys(tmp_path):
+    said = (
+        'const fmi2CallbackFunctions *f0 = f; if (strcmp(g, "{I}")) { f0->logger(f0->componentEnvironment, a, '
+        'fmi2Error, "x", "GUID %s is not {I}", g); return 0; } Instance *c = calloc'
+    )
+    path = integrator(tmp_path, c_fmu.C.replace("Instance *c = calloc", said))
+    assert fly(path).info["status"] == "finished"
+    other = tiny_fmu.changed(path, tmp_path / "g.fmu", xml=lambda text: text.replace('guid="{I}"', 'guid="{J}"'))
+    with pytest.raises(InitializationFailed) as caught:
+        fly(other)
+    told = str(caught.value)
+    assert "a cannot be initialized: fmi2Instantiate returned no instance" in told
+    assert "GUID {J} is not {I}" in told
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('name="y"', 'name="u"', "two variables have one name, 'u' and 'u'|is not unique"),
+        ('valueReference="1"', 'valueReference="4294967296"', "4294967296"),
+        ('valueReference="1"', 'valueReference="-1"', "-1"),
+        ('index="2"', 'index="7"', "out of range"),
+    ],
+)
+def test_names_and_references_that_cannot_be(tmp_path, old, new, words):
+    path = tiny_fmu.changed(integrator(tmp_path), tmp_path / "x.fmu", xml=lambda text: text.replace(old, new))
+    with pytest.raises(FmuError, match=words):
+        fly(path)
+
+
+class TestOncePerProcess:
+    def counted(self):
+        """Folders of extracted FMUs of this process, and its mapped libraries."""
+        mapped = {line.split()[-1] for line in Path("/proc/self/maps").read_text().splitlines() if "I.so" in line}
+        return len(list(places.extracted().iterdir())), len(mapped)
+
+    def test_runs_one_after_the_other_share_a_copy(self, tmp_path):
+        path = integrator(tmp_path, canBeInstantiatedOnlyOncePerProcess=True)
+        for _ in range(2):  # the last flight's instances may live until the next one's are made
+            fly(path)
+        gc.collect()
+        first = self.counted()
+        results = [fly(path)["a.y"].tolist() for _ in range(10)]
+        gc.collect()
+        assert results == [[0.0, 0.5, 1.0, 1.5, 2.0]] * 10
+        assert self.counted() == first
+
+    def test_two_at_once_have_two(self, tmp_path):
+        path = integrator(tmp_path, canBeInstantiatedOnlyOncePerProcess=True)
+        system = System(name="s", components={"a": str(path), "b": str(path)}, hold_unconnected=True)
+        before = self.counted()
+        result = simulate(system, Experiment(stop_time=1.0, communication_step_size=0.25))
+        assert result["b.y"].tolist() == result["a.y"].tolist()
+        gc.collect()
+        assert self.counted()[0] == before[0] + 2
+
+
+class TestLibrariesThatItNeeds:
+    def needing(self, folder, name, *, beside, flags=()):
+        """The integrator, whose step asks a library, of a name that no other test loads, for the factor 3."""
+        source = folder / "needed.c"
+        source.write_text("double needed(void) { return 3; }")
+        needed = folder / name
+        compiler = toolchain.find_compiler()
+        subprocess.run([*compiler, "-shared", "-fPIC", source, f"-Wl,-soname,{name}", "-o", needed], check=True)
+        path = integrator(folder)
+        made = folder / "I-source"
+        code = (made / "fmu.c").read_text().replace(STEP, "m->state[0] += needed() * h * u;")
+        (made / "more.c").write_text(f"double needed(void);\n{code}")
+        include = f"-I{Path(fmpy.__file__).parent / 'c-code'}"
+        command = [*compiler, "-shared", "-fPIC", "-w", include, made / "more.c", "-o", made / "I.so", needed, *flags]
+        subprocess.run([*command, "-Wl,-soname,I.so"], check=True)
+        target = folder / "needing.fmu"
+        with zipfile.ZipFile(path) as old, zipfile.ZipFile(target, "w") as new:
+            new.writestr("modelDescription.xml", old.read("modelDescription.xml"))
+            new.write(made / "I.so", f"binaries/{fmpy.platform}/I.so")
+            if beside:
+                new.write(needed, f"binaries/{fmpy.platform}/{name}")
+        needed.unlink()
+        return target
+
+    def test_beside_it_with_a_way_there(self, tmp_path):
+        path = self.needing(tmp_path, "libaside.so", beside=True, flags=["-Wl,-rpath,$ORIGIN"])
+        assert fly(path)["a.y"][-1] == 6.0
+
+    def test_beside_it_without_one(self, tmp_path):
+        with pytest.raises(FmuError) as caught:
+            fly(self.needing(tmp_path, "liblost.so", beside=True))
+        told = str(caught.value)
+        assert "its binary cannot be loaded: it needs the library" in told
+        assert "liblost.so: it lies beside I.so, which does not look there" in told
+        assert "LD_LIBRARY_PATH=" in told
+
+    def test_not_there_at_all(self, tmp_path):
+        with pytest.raises(FmuError, match=r"libnowhere.so, which is not on this machine: install it, or set LD_LIB"):
+            fly(self.needing(tmp_path, "libnowhere.so", beside=False))
+
+
+def test_resources_are_where_it_is_told(tmp_path):
+    """The FMU reads its factor from resources/factor.txt, by the URI that fmi2Instantiate gives."""
+    reads = (
+        'Instance *c = calloc(1, sizeof *c); char place[4096]; snprintf(place, sizeof place, "%s/factor.txt", r + 7);'
+        ' FILE *file = fopen(place, "r"); if (!file || fscanf(file, "%lf", &c->all.state[0]) != 1) return 0;'
+    )
+    template = c_fmu.C.replace("Instance *c = calloc(1, sizeof *c);", reads)
+    path = integrator(tmp_path, template)
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr("resources/factor.txt", "40")
+    assert fly(path)["a.y"].tolist() == [40.0, 40.5, 41.0, 41.5, 42.0]
+
+
+def test_the_kernel_is_here():
+    assert kernels.library() is not None
