@@ -1,8 +1,12 @@
 """A page for every component of the catalog, from its docstring and declarations, and their list by kind."""
 
+import io
 from collections.abc import Iterator
 from importlib import import_module
 
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+from component_figures import FIGURES
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
@@ -28,11 +32,12 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add the style, the list and the pages."""
+    """Add the style, the list and the pages with their figures."""
+    mpl.use("agg")
     files.append(File.generated(config, STYLE, content=css()))
     files.append(File.generated(config, "components.md", content=HEAD + "\n".join(_lists())))
     for name in MODULES:
-        files.append(File.generated(config, f"components/{name}.md", content=_page(name)))
+        files.append(File.generated(config, f"components/{name}.md", content=_page(name, config, files)))
     return files
 
 
@@ -55,7 +60,14 @@ def _lists() -> Iterator[str]:
         yield ""
 
 
-def _page(name: str) -> str:
+def _page(name: str, config: MkDocsConfig, files: Files) -> str:
     source = f"{MODULES[name].replace('.', '/')}.py"
-    body = html_body(page_of(_component(name)))
-    return f"---\ntitle: {name}\n---\n{body}\n\nSource code: [{source}](../../{source})\n"
+    parts = [f"---\ntitle: {name}\n---\n{html_body(page_of(_component(name)))}\n"]
+    if name in FIGURES:
+        figure, caption = FIGURES[name]()
+        with io.StringIO() as svg:
+            figure.savefig(svg, format="svg", metadata={"Date": None})
+            plt.close(figure)
+            files.append(File.generated(config, f"components/{name}.svg", content=svg.getvalue()))
+        parts.append(f"## In a figure\n\n![{caption}]({name}.svg)\n\n{caption}\n")
+    return "\n".join([*parts, f"Source code: [{source}](../../{source})\n"])
