@@ -13,7 +13,7 @@ from cosim.system.system import Connection, System
 from cosim.system.timing import TIMINGS, carried, straight
 from cosim.system.wiring import Link, Port, Wiring
 from cosim.time import LARGEST_INTEGER
-from fmus.description.annotations import SIGNAL
+from fmus.description.annotations import FILTER
 from fmus.description.description import ModelDescription, Scalar, ScalarVariable, Type
 from fmus.description.names import Group, group, split_element, split_port
 from fmus.description.units import IDENTITY, conversion
@@ -254,12 +254,12 @@ class _Checker:
         return []
 
     def _naming(self, components: Sequence[str], structures: Sequence[str]) -> str:
-        """Return how the FMU of a signal, if just one of the components is one, is made for what it is connected to."""
+        """Return how the FMU of a filter, if just one of the components is one, is made for what it is connected to."""
         ends = zip(components, structures, strict=True)
-        signals = [end for end in ends if self.descriptions[end[0]].role == SIGNAL]
-        if len(signals) != 1:
+        filters = [end for end in ends if self.descriptions[end[0]].role == FILTER]
+        if len(filters) != 1:
             return ""
-        return "{} is made for a width and a unit: name its FMU as in NAME:{}.".format(*signals[0])
+        return "{} is made for a width and a unit: name its FMU as in NAME:{}.".format(*filters[0])
 
     def _words(self, name: str, component: str, g: Group) -> str:
         unit = self.descriptions[component].variables[g.elements[0]].unit or "none"

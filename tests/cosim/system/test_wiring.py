@@ -42,11 +42,11 @@ class TestConnections:
             "a.q_BN has unit rad, b.tau_B has unit N.m: they cannot be converted."
         )
 
-    def test_a_signal_of_another_width_or_unit_is_told_how_to_name_it(self):
-        """At either end; of two signals nobody knows which is meant."""
+    def test_a_filter_of_another_width_or_unit_is_told_how_to_name_it(self):
+        """At either end; of two filters nobody knows which is meant."""
         one, other = Gain("one"), Gain("other")
-        one.description = describe(inputs=["u"], outputs=["y"], units={"u": "1", "y": "1"}, role="signal")
-        other.description = describe(inputs=["u"], outputs=["y"], units={"u": "m", "y": "m"}, role="signal")
+        one.description = describe(inputs=["u"], outputs=["y"], units={"u": "1", "y": "1"}, role="filter")
+        other.description = describe(inputs=["u"], outputs=["y"], units={"u": "m", "y": "m"}, role="filter")
         advice = "one is made for a width and a unit: name its FMU as in NAME:{}."
         held = {"plant.tau_B[2]": 0, "plant.tau_B[3]": 0, "plant.angle": 0, "one.u": 0}
         assert only([("plant.q_BN", "one.u")], [Vehicle(), one], held=zero("plant")) == (
