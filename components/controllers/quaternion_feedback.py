@@ -1,12 +1,12 @@
 """Quaternion feedback: proportional to the error's quaternion and rate, with gains that follow from the vehicle.
 
-    feedback = -K qv - D w_e,  qv vector part of q_BR, w_e of (1) in rigid_tracking.py            (6)
-    K = 2 b^2 J,  D = 2 c b J,  each unless it is given                                           (7)
+    feedback = -K_q qv - K_w w_e,  qv vector part of q_BR, w_e of (1) in rigid_tracking.py        (6)
+    K_q = 2 b^2 J,  K_w = 2 c b J,  each unless it is given                                       (7)
 so that for small errors e = 2 qv
     e'' + 2 c b e' + b^2 e = 0                                                                    (8)
-and at any error, for gyroscopic = 1 and K^-1 J symmetric (K = 2 b^2 J, or a number times the identity), with
-    V = 2 (1 - q0) + w_e . K^-1 J w_e / 2                                                         (9)
-    V' = -w_e . K^-1 D w_e                                                                        (10)
+and at any error, for gyroscopic = 1 and K_q^-1 J symmetric (K_q = 2 b^2 J, or a number times the identity), with
+    V = 2 (1 - q0) + w_e . K_q^-1 J w_e / 2                                                       (9)
+    V' = -w_e . K_q^-1 K_w w_e                                                                    (10)
 
 Symbols: b bandwidth, the natural frequency of (8); c damping; q0 scalar part of q_BR, not negative.
 Frames: B body, R reference, N inertial.
@@ -38,8 +38,8 @@ class QuaternionFeedback(RigidTracking):
         doc="natural frequency of the closed loop of a rigid vehicle",
     )
     damping = Parameter(unit="1", start=neutral.DAMPING, tunable=True, doc="damping ratio of the closed loop")
-    K = Parameter(unit="N.m", shape=(3, 3), tunable=True, doc="gain of qv, if given; all 0: 2 bandwidth^2 J")
-    D = Parameter(
+    K_q = Parameter(unit="N.m", shape=(3, 3), tunable=True, doc="gain of qv, if given; all 0: 2 bandwidth^2 J")
+    K_w = Parameter(
         unit="N.m.s/rad", shape=(3, 3), tunable=True, doc="gain of the rate, if given; all 0: 2 damping bandwidth J"
     )
 
@@ -48,8 +48,8 @@ class QuaternionFeedback(RigidTracking):
 
     def calculate(self, p: Any) -> dict[str, Any]:
         return {
-            "attitude_gain": _unless_given(p.K, 2 * p.bandwidth**2 * p.J),  # (7)
-            "rate_gain": _unless_given(p.D, 2 * p.damping * p.bandwidth * p.J),  # (7)
+            "attitude_gain": _unless_given(p.K_q, 2 * p.bandwidth**2 * p.J),  # (7)
+            "rate_gain": _unless_given(p.K_w, 2 * p.damping * p.bandwidth * p.J),  # (7)
         }
 
     def feedback(self, q_BR: Any, rate: Any, p: Any) -> Any:
@@ -57,7 +57,7 @@ class QuaternionFeedback(RigidTracking):
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
         conditions = [*super().check(t, x, u, p), *positive(self, p, "bandwidth", "damping")]
-        for name, unit, gain in (("K", "N.m", p.attitude_gain), ("D", "N.m.s/rad", p.rate_gain)):
+        for name, unit, gain in (("K_q", "N.m", p.attitude_gain), ("K_w", "N.m.s/rad", p.rate_gain)):
             least = smallest_eigenvalue((gain + gain.T) / 2)
             text = f"{name} is not positive definite (smallest eigenvalue {{}} {unit}): it drives the body away. Give "
             text += "one that is, or 0 for one that follows from J."

@@ -13,6 +13,7 @@ from cosim.system.system import Connection, System
 from cosim.system.timing import TIMINGS, carried, straight
 from cosim.system.wiring import Link, Port, Wiring
 from cosim.time import LARGEST_INTEGER
+from fmus.description.annotations import FILTER
 from fmus.description.description import ModelDescription, Scalar, ScalarVariable, Type
 from fmus.description.names import Group, group, split_element, split_port
 from fmus.description.units import IDENTITY, conversion
@@ -109,7 +110,8 @@ class _Checker:
             sources.shape != targets.shape and len(sources.elements) > 1
         ):
             ends = (self._words(connection.source, a, sources), self._words(connection.target, b, targets))
-            return self._wrong(f"{ends[0]}, {ends[1]}: cannot connect them", connection)
+            advice = self._naming((b, a), [f"width={len(g.elements)}" for g in (sources, targets)])
+            return self._wrong(f"{ends[0]}, {ends[1]}: cannot connect them", connection, advice)
         result: list[Link] = []
         for s, t in zip(sources.elements, targets.elements, strict=True):
             result += self._link(connection, Port(a, s), Port(b, t))
@@ -153,7 +155,8 @@ class _Checker:
         found = conversion(*units, a.units, b.units)
         if found is None:
             both = f"{connection.source} has unit {units[0]}, {connection.target} has unit {units[1]}"
-            self._wrong(f"{both}: they cannot be converted", connection)
+            advice = self._naming((target.component, source.component), [f"unit={unit}" for unit in units])
+            self._wrong(f"{both}: they cannot be converted", connection, advice)
         step_mean = source.variable in a.step_means
         timing = connection.timing or self._default(source, target)
         if timing not in TIMINGS:
@@ -249,6 +252,14 @@ class _Checker:
         if str(mistake) not in map(str, self.mistakes):
             self.mistakes.append(mistake)
         return []
+
+    def _naming(self, components: Sequence[str], structures: Sequence[str]) -> str:
+        """Return how the FMU of a filter, if just one of the components is one, is made for what it is connected to."""
+        ends = zip(components, structures, strict=True)
+        filters = [end for end in ends if self.descriptions[end[0]].role == FILTER]
+        if len(filters) != 1:
+            return ""
+        return "{} is made for a width and a unit: name its FMU as in NAME:{}.".format(*filters[0])
 
     def _words(self, name: str, component: str, g: Group) -> str:
         unit = self.descriptions[component].variables[g.elements[0]].unit or "none"

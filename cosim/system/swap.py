@@ -174,6 +174,11 @@ class _Swap:
                 size = len(description.groups[name].elements)
                 both = f"{other}.{name} has {size} elements, {self.instance}.{name} has {wanted}"
                 return f"{both}: name a component with that structure, as in NAME:modes={size}"
+        for connection in self.system.connections:
+            size = self._size(connection.source)
+            if connection.target == f"{self.instance}.{name}" and size is not None and size != wanted:
+                both = f"{connection.source} has {size} elements, {self.instance}.{name} has {wanted}"
+                return f"{both}: name a component with that structure, as in NAME:width={size}"
         return "no instance has an output of that name"
 
     def _timing(self, source: str, name: str) -> Timing | None:

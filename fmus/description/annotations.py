@@ -27,6 +27,9 @@ SAMPLE_TIME = "sample_time"
 COMMIT_SHOWN = "solver.commit_shown"
 """Parameter of sampled FMUs: 1 where the inputs set before a step are those of its end, not of a sample due now."""
 
+FILTER = "filter"
+"""Role of FMUs that are made for the width and the unit of what goes through them."""
+
 GROWS = "which RK4 lets grow"
 """In the warning of an FMU whose internal step is so long that RK4 makes grow what decays (as in fmi2.c)."""
 

@@ -66,7 +66,7 @@ def test_direct_feedthrough(name):
 
 @every
 def test_units_with_gains_and_momentum(name):
-    given = {"K": J, "D": 2 * J} if name == "QuaternionFeedback" else {}
+    given = {"K_q": J, "K_w": 2 * J} if name == "QuaternionFeedback" else {}
     assert_units(CATALOG[name](momentum=1, **given))
 
 
@@ -136,16 +136,16 @@ def lyapunov(name, q, w, gain):
     ("name", "values"),
     [
         ("QuaternionFeedback", {}),
-        ("QuaternionFeedback", {"K": 5 * np.eye(3), "D": np.diag([10.0, 20.0, 30.0]), "gyroscopic": 0.0}),
+        ("QuaternionFeedback", {"K_q": 5 * np.eye(3), "K_w": np.diag([10.0, 20.0, 30.0]), "gyroscopic": 0.0}),
         ("LinearQuadraticRegulator", {}),
         ("LinearQuadraticRegulator", {"gyroscopic": 0.0}),
     ],
     ids=["bandwidth", "given gains", "regulator", "regulator, w x J w left"],
 )
 def test_the_lyapunov_function_falls_at_its_rate(name, values):
-    """From 150 deg and turning fast: V' = -w . K^-1 D w, or -w . K_d w, and V ends near zero.
+    """From 150 deg and turning fast: V' = -w . K_q^-1 K_w w, or -w . K_d w, and V ends near zero.
 
-    Of a K that is a number times the identity w x J w need not be cancelled: w . (w x J w) = 0.
+    Of a K_q that is a number times the identity w x J w need not be cancelled: w . (w x J w) = 0.
     """
     q0 = quaternion(Rotation.from_rotvec(np.radians(150) * AXIS))
     part = CATALOG[name]()
@@ -176,11 +176,11 @@ REFUSED = [
     ("bandwidth", 0.0, "bandwidth = 0 rad/s: it must be positive."),
     ("damping", -1.0, "damping = -1: it must be positive."),
     (
-        "K",
+        "K_q",
         -np.eye(3),
-        "K is not positive definite (smallest eigenvalue -1 N.m): it drives the body away. Give one that",
+        "K_q is not positive definite (smallest eigenvalue -1 N.m): it drives the body away. Give one ",
     ),
-    ("D", -np.eye(3), "D is not positive definite (smallest eigenvalue -1 N.m.s/rad): it drives the body away."),
+    ("K_w", -np.eye(3), "K_w is not positive definite (smallest eigenvalue -1 N.m.s/rad): it drives the body away."),
     ("acceptable_error", 0.0, "acceptable_error = 0 rad: it must be positive."),
     ("acceptable_rate", 0.0, "acceptable_rate = 0 rad/s: it must be positive."),
     ("acceptable_torque", -1.0, "acceptable_torque = -1 N.m: it must be positive."),
@@ -222,9 +222,9 @@ def test_a_slew_from_rest_is_about_one_axis():
 
 def test_given_gains_take_the_place_of_those_of_the_inertia():
     K, D = np.diag([5.0, 6.0, 7.0]), np.array([[30.0, 1, 0], [1, 40, 2], [0, 2, 50]])
-    point = Point(CATALOG["QuaternionFeedback"](), J=J, K=K, bandwidth=0.3, damping=0.8)
+    point = Point(CATALOG["QuaternionFeedback"](), J=J, K_q=K, bandwidth=0.3, damping=0.8)
     assert_allclose(point.c, np.concatenate([K.ravel(), 2 * 0.8 * 0.3 * J.ravel()]), rtol=1e-14)
-    point = Point(CATALOG["QuaternionFeedback"](), J=J, D=D, bandwidth=0.3)
+    point = Point(CATALOG["QuaternionFeedback"](), J=J, K_w=D, bandwidth=0.3)
     assert_allclose(point.c, np.concatenate([2 * 0.09 * J.ravel(), D.ravel()]), rtol=1e-14)
 
 
@@ -236,7 +236,7 @@ def test_basilisk_says_the_same_of_quaternion_feedback(gyroscopic, kind):
     from Basilisk.fswAlgorithms import mrpFeedback, mrpPD
 
     rng, K, D = np.random.default_rng(8), 4.0, 30.0
-    part = CATALOG["QuaternionFeedback"](J=J, K=K * np.eye(3), D=D * np.eye(3))
+    part = CATALOG["QuaternionFeedback"](J=J, K_q=K * np.eye(3), K_w=D * np.eye(3))
     for _ in range(20):
         reference, error, w, w_R, w_R_dot = attitude(rng)
         found = command(at(part, reference, error, w, w_R, w_R_dot, gyroscopic=gyroscopic))

@@ -55,6 +55,13 @@ class TestBuild:
         assert read_description(folder / "made" / "FlexibleSpacecraft_modes1.fmu").groups["eta"].shape == (1,)
         assert validate_fmu(str(folder / "made" / "PD.fmu")) == []
 
+    def test_a_structure_with_a_width_and_a_unit(self, adcs, folder):
+        made = adcs("build", "Notch:width=2,unit=rad/s", "Delay:unit=N.m:samples=3", "-o", "made")
+        assert made.out.split() == ["made/Notch_width2_unitrad_per_s.fmu", "made/Delay_unitN_m_samples3.fmu"]
+        notch, delay = (read_description(folder / path) for path in made.out.split())
+        assert notch.groups["y"].shape == (2,) and notch.variables["y[1]"].unit == "rad/s"
+        assert delay.groups["ring"].shape == (3, 1) and delay.variables["ring[1,1]"].unit == "N.m"
+
     def test_plain_python_takes_the_python_back_end(self, adcs, folder):
         (folder / "pd.py").write_text(own_files.PD_PYTHON)
         made = adcs("build", "pd.py:PD", "-o", "made")

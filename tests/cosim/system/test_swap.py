@@ -91,6 +91,20 @@ def test_another_size_is_not_the_same_port():
         swapped(new(inputs=["q[1]", "q[2]", "q[3]", "r"]))
 
 
+def test_a_connection_that_another_width_breaks_is_named():
+    notched = System(
+        name="loop",
+        components={"guidance": "G", "plant": "P", "controller": "Notch:width=2"},
+        connections=[Connection("plant.q", "controller.u"), Connection("controller.y", "plant.tau")],
+    )
+    with pytest.raises(
+        WiringErrors,
+        match=r"controller needs the input u .*plant.q has 2 elements, controller.u has 1: name a component with that "
+        r"structure, as in NAME:width=2",
+    ):
+        swapped(new(inputs=["u"], outputs=["y"]), notched)
+
+
 def test_further_input_takes_the_timing_of_its_source():
     system, report = swapped(new(inputs=["q[1]", "q[2]", "r", "w", "rate"]))
     assert Connection("plant.w", "controller.w", "after_step") in system.connections

@@ -42,6 +42,25 @@ class TestConnections:
             "a.q_BN has unit rad, b.tau_B has unit N.m: they cannot be converted."
         )
 
+    def test_a_filter_of_another_width_or_unit_is_told_how_to_name_it(self):
+        """At either end; of two filters nobody knows which is meant."""
+        one, other = Gain("one"), Gain("other")
+        one.description = describe(inputs=["u"], outputs=["y"], units={"u": "1", "y": "1"}, role="filter")
+        other.description = describe(inputs=["u"], outputs=["y"], units={"u": "m", "y": "m"}, role="filter")
+        advice = "one is made for a width and a unit: name its FMU as in NAME:{}."
+        held = {"plant.tau_B[2]": 0, "plant.tau_B[3]": 0, "plant.angle": 0, "one.u": 0}
+        assert only([("plant.q_BN", "one.u")], [Vehicle(), one], held=zero("plant")) == (
+            "plant.q_BN has 3 elements (unit rad), one.u has 1 element (unit 1): cannot connect them. "
+            + advice.format("width=3")
+        )
+        assert only([("plant.q_BN[1]", "one.u")], [Vehicle(), one], held=zero("plant")) == (
+            "plant.q_BN[1] has unit rad, one.u has unit 1: they cannot be converted. " + advice.format("unit=rad")
+        )
+        assert only([("one.y", "plant.tau_B[1]")], [Vehicle(), one], held=held).endswith(advice.format("unit=N.m"))
+        assert only([("one.y", "other.u")], [one, other], held={"one.u": 0}) == (
+            "one.y has unit 1, other.u has unit m: they cannot be converted."
+        )
+
     def test_unit_without_base_unit_passes_only_by_name(self):
         odd = Gain("g")
         odd.description = describe(inputs=["u"], outputs=["y"], units={"u": "kg(1/2).m", "y": "m"})

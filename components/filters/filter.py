@@ -11,10 +11,10 @@ Limits: one unit for all elements. The elements of a quaternion, changed one by 
 from ..framework import Component, ComponentError, Input, Output, Variable
 
 
-class Signal(Component):
+class Filter(Component):
     """Declares u and y; a subclass says what is between them."""
 
-    role = "signal"
+    role = "filter"
     width: int = 1  # structural: how many elements
     unit: str = "1"  # structural: of u and y
 
@@ -23,5 +23,5 @@ class Signal(Component):
 
     def declare(self) -> dict[str, Variable]:
         if not self.width:
-            raise ComponentError(self.name, "width = 0: a signal has one element at least.")
+            raise ComponentError(self.name, "width = 0: a filter has one element at least.")
         return {}

@@ -19,10 +19,10 @@ import casadi as ca
 
 from ..framework import Condition, Parameter, State, not_negative
 from ..numbers import neutral
-from .signal import Signal
+from .filter import Filter
 
 
-class Delay(Signal):
+class Delay(Filter):
     sample_time = neutral.SAMPLE
     samples: int = 1  # structural: how many samples the ring holds beside the newest
 

@@ -14,10 +14,10 @@ from typing import Any
 from ..framework import Condition, Parameter, State, positive
 from ..mathematics.limits import within
 from ..numbers import neutral
-from .signal import Signal
+from .filter import Filter
 
 
-class RateLimiter(Signal):
+class RateLimiter(Filter):
     sample_time = neutral.SAMPLE
 
     rate = Parameter(

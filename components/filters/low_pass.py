@@ -12,10 +12,10 @@ Limits: a single pole. Internal steps are to be short against 1/W.
 from typing import Any
 
 from ..framework import Condition, Parameter, State, positive
-from .signal import Signal
+from .filter import Filter
 
 
-class LowPass(Signal):
+class LowPass(Filter):
     bandwidth = Parameter(
         unit="rad/s", shape=("width",), start=10.0, display_unit="Hz", tunable=True, doc="bandwidth; 1/time constant"
     )

@@ -12,13 +12,13 @@ from components.framework import ComponentError
 from cosim import Connection, Experiment, System, Value, simulate
 from cosim.cli.library import Library
 
-SIGNALS = ("Delay", "LowPass", "Notch", "Quantiser", "RateLimiter", "Saturation")
+FILTERS = ("Delay", "LowPass", "Notch", "Quantiser", "RateLimiter", "Saturation")
 OTHER = {  # values far from what does nothing
     "Quantiser": {"quantum": [0.1, 0.2, 0.3]},
     "RateLimiter": {"rate": [0.5, 1.0, 2.0]},
     "Saturation": {"limit": [0.1, 0.2, 0.3]},
 }
-every = pytest.mark.parametrize("name", SIGNALS)
+every = pytest.mark.parametrize("name", FILTERS)
 
 
 def made(name, width=3, unit="N.m", **values):
@@ -62,7 +62,7 @@ def test_direct_feedthrough(name):
 
 def test_elements_do_not_meet():
     """But for a saturation that keeps the direction."""
-    for name in set(SIGNALS) - {"Saturation", "LowPass", "Delay"}:
+    for name in set(FILTERS) - {"Saturation", "LowPass", "Delay"}:
         rows = [row["u"] for row in made(name).functions.output_dependencies]
         assert rows == [[0], [1], [2]], name
 
@@ -83,8 +83,8 @@ def test_a_constant_passes_from_the_start_on(name, width):
 
 
 @every
-def test_no_element_is_no_signal(name):
-    with pytest.raises(ComponentError, match=f"{name}: width = 0: a signal has one element at least"):
+def test_no_element_is_no_filter(name):
+    with pytest.raises(ComponentError, match=f"{name}: width = 0: a filter has one element at least"):
         made(name, width=0)
 
 

@@ -16,10 +16,10 @@ import casadi as ca
 
 from ..framework import Condition, Parameter, not_negative
 from ..mathematics.slewing import quanta
-from .signal import Signal
+from .filter import Filter
 
 
-class Quantiser(Signal):
+class Quantiser(Filter):
     quantum = Parameter(unit="unit", shape=("width",), tunable=True, doc="step of the values that y can have; 0: any")
 
     def outputs(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:

@@ -17,10 +17,10 @@ from ..framework import Condition, Output, Parameter, flag_conditions, positive
 from ..mathematics.allocation import limited
 from ..mathematics.limits import saturated
 from ..numbers import neutral
-from .signal import Signal
+from .filter import Filter
 
 
-class Saturation(Signal):
+class Saturation(Filter):
     limit = Parameter(
         unit="unit", shape=("width",), start=neutral.NO_LIMIT, tunable=True, doc="largest size of an element; 1e9: none"
     )

@@ -20,10 +20,10 @@ from typing import Any
 
 from ..framework import Condition, Parameter, State, not_negative, positive
 from ..numbers import neutral
-from .signal import Signal
+from .filter import Filter
 
 
-class Notch(Signal):
+class Notch(Filter):
     frequency = Parameter(
         unit="rad/s",
         shape=("width",),
