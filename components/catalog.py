@@ -35,6 +35,7 @@ MODULES = {
     "LinearQuadraticRegulator": "components.controllers.linear_quadratic_regulator",
     "LowOrbit": "components.environment.low_orbit",
     "LowPass": "components.filters.low_pass",
+    "MEKF": "components.estimators.mekf",
     "ModalObserver": "components.estimators.modal_observer",
     "Notch": "components.filters.notch",
     "OrbitFrame": "components.guidance.orbit_frame",

@@ -32,6 +32,10 @@ GAP = 4e-3  # m
 # Control
 SAMPLE = 0.1  # s
 GYRO_SAMPLE, TRACKER_SAMPLE = 0.01, 0.2  # s
+
+# What a filter assumes of its sensors, which have no noise unless they are told
+ANGLE_WALK, RATE_WALK = 1e-5, 1e-8  # rad/s^1/2, rad/s^3/2
+CROSS_NOISE, ROLL_NOISE = 5e-5, 5e-4  # rad
 BANDWIDTH, DAMPING = 0.2, 0.9  # rad/s, 1: of the closed loop of an axis, well below the first mode
 
 
