@@ -29,6 +29,7 @@ from cosim.slaves.crew import Crew, Crews
 from cosim.slaves.fmi2 import FmuSlave
 from cosim.slaves.pending import Patience
 from cosim.slaves.slave import Slave
+from cosim.ssp.package import path_of
 from cosim.system.expand import rewire, wire
 from cosim.system.overrides import with_parameters
 from cosim.system.reference import Reference, is_fmu, name_of, reference_of
@@ -108,7 +109,7 @@ def find(given: Reference | Path, locate: Locate | None = None) -> Path:
     if locate is not None:
         return locate(reference)
     if is_fmu(reference):
-        return Path(reference)
+        return path_of(reference)
     problem = "it is no path of a .fmu file. Say where such FMUs are: locate=cosim.Library()"
     raise FmuError(Path(name_of(reference)), problem)
 
