@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from cosim.cli import console, packages, verifying
+from cosim.cli import console, exporting, verifying
 from cosim.cli.options import (
     Backend,
     Extrapolation,
@@ -259,7 +259,7 @@ def plot_(
 
 
 app.command("verify")(verifying.verify_)
-app.command("export")(packages.export_)
+app.command("export")(exporting.export_)
 
 
 @app.command("reproduce")

@@ -42,9 +42,7 @@ def load(name: str | Path, stop: Seconds | None = None, step: Seconds | None = N
     if is_fmu(reference):
         return _alone(Path(reference), stop)
     if is_package(reference):
-        from cosim.cli import packages  # masters and what they need take longer to import than a name to look up
-
-        return packages.load(Path(reference), stop, step)
+        return _package(Path(reference), stop, step)
     if not function and not reference.endswith(".py"):
         return papers.scenario(reference)
     path = Path(f"{file}.py" if function else file)
@@ -91,6 +89,16 @@ def _alone(path: Path, stop: Seconds | None) -> Scenario:
     step = proposed.step_size or (stop - start) / 1000
     system = System(name=name, components={name: str(path)}, hold_unconnected=True)
     return system, Experiment(stop_time=stop, communication_step_size=step, start_time=start)
+
+
+def _package(path: Path, stop: Seconds | None, step: Seconds | None) -> Scenario:
+    """Return what a .ssp file holds; masters and what they need take longer to import than a name to look up."""
+    from cosim.masters.error_controlled import ErrorControlled
+    from cosim.masters.explicit import Explicit
+    from cosim.masters.iterated import Iterated
+    from cosim.ssp.read import read
+
+    return read(path, {master.__name__: master for master in (Explicit, Iterated, ErrorControlled)}, stop, step)
 
 
 def _module(path: Path) -> ModuleType:

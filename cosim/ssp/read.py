@@ -97,7 +97,7 @@ def _plain_system(flat: Flat, name: str) -> System:
 
 def _connected(flat: Flat) -> set[tuple[str, str]]:
     """Return the inputs that something is connected to, whose start values are nobody's."""
-    return {tuple(pair[1]) for link in flat.links for pair in pairs(link, flat.descriptions)}
+    return {(port.component, port.variable) for link in flat.links for _, port in pairs(link, flat.descriptions)}
 
 
 def _joined(flat: Flat) -> list[Connection]:

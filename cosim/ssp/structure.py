@@ -3,17 +3,13 @@
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from cosim.ssp.errors import SspError
 from cosim.ssp.model import TYPES, Assignment, Component, Connector, Edge, Node, Structure
 from cosim.ssp.own import NAMESPACE, TYPE
 from cosim.ssp.package import STRUCTURE, Package
 from cosim.ssp.values import Place, bound, read_units, transformation_of
-from cosim.ssp.xml import SSC, SSD, parse
-
-if TYPE_CHECKING:
-    from cosim.ssp.xml import Element
+from cosim.ssp.xml import SSC, SSD, Element, parse
 
 FMU = "application/x-fmu-sharedlibrary"
 DEFINITION, PACKAGE = "application/x-ssp-definition", "application/x-ssp-package"
@@ -37,7 +33,7 @@ def read_structure(package: Package, name: str = STRUCTURE) -> Structure:
     return Structure(root.get("name", ""), system, seconds[0], seconds[1], _annotation(root))
 
 
-def _annotation(root: "Element") -> dict[str, str] | None:
+def _annotation(root: Element) -> dict[str, str] | None:
     """Return the parts of our own annotation, element -> text, None where there is none."""
     for annotation in root.iterfind(f"{{{SSD}}}Annotations/{{{SSC}}}Annotation"):
         if annotation.get("type") == TYPE:
@@ -53,7 +49,7 @@ class _Reader:
 
     package: Package
     file: str
-    root: "Element"
+    root: Element
     count: Iterator[int]
     above: tuple[str, ...] = ()
 
@@ -66,7 +62,7 @@ class _Reader:
         assert system is not None  # the schema says so
         return self.node(system)
 
-    def node(self, element: "Element") -> Node:
+    def node(self, element: Element) -> Node:
         name = element.get("name", "")
         if element.find(f"{{{SSD}}}SignalDictionaries") is not None:
             raise self._refuse(f"the system {name!r} has signal dictionaries (.ssb)")
@@ -81,7 +77,7 @@ class _Reader:
             read_units(self.root),
         )
 
-    def element(self, element: "Element") -> Component | Node:
+    def element(self, element: Element) -> Component | Node:
         if next(self.count) >= MOST:
             raise SspError(self.label, [f"it has more than {MOST} elements, with all that it refers to"])
         if element.tag == f"{{{SSD}}}System":
@@ -107,7 +103,7 @@ class _Reader:
             raise SspError(self.label, [f"there is no file {fmu!r} inside, which the component {name!r} is"])
         return Component(name, self.connectors(element), bound(element, place), reference)
 
-    def _elsewhere(self, element: "Element", name: str, source: str, kind: str) -> Node:
+    def _elsewhere(self, element: Element, name: str, source: str, kind: str) -> Node:
         """Return a system that is defined in this file by its id, in another .ssd or in another package.
 
         The component's own bindings come after those of that system.
@@ -132,13 +128,13 @@ class _Reader:
         more: tuple[Assignment, ...] = bound(element, Place(self.package, self.file))
         return replace(node, name=name, assignments=(*node.assignments, *more))
 
-    def connectors(self, element: "Element") -> Mapping[str, Connector]:
+    def connectors(self, element: Element) -> Mapping[str, Connector]:
         name = element.get("name", "")
         found = [self._connector(c, name) for c in element.iterfind(f"{{{SSD}}}Connectors/{{{SSD}}}Connector")]
         self._refuse_twice([c.name for c in found], f"connectors of {name!r}")
         return {c.name: c for c in found}
 
-    def _connector(self, connector: "Element", owner: str) -> Connector:
+    def _connector(self, connector: Element, owner: str) -> Connector:
         name, kind = connector.get("name", ""), connector.get("kind", "")
         tags = {str(child.tag).rpartition("}")[2]: child for child in connector}
         for tag in ("Binary", "Clock"):
@@ -149,7 +145,7 @@ class _Reader:
         found = next((tag for tag in tags if tag in TYPES), "")
         return Connector(name, kind, TYPES.get(found, ""), tags[found].get("unit") if found else None)
 
-    def edge(self, element: "Element") -> Edge:
+    def edge(self, element: Element) -> Edge:
         ends = [(element.get(f"{e}Element", ""), element.get(f"{e}Connector", "")) for e in ("start", "end")]
         suppress = element.get("suppressUnitConversion") in ("true", "1")
         edge = Edge(ends[0], ends[1], transformation_of(element), suppress)

@@ -6,12 +6,8 @@ orders, phases and responsible persons, of which a system knows nothing.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
-from cosim.ssp.xml import SSC
-
-if TYPE_CHECKING:
-    from cosim.ssp.xml import Element
+from cosim.ssp.xml import SSC, Element
 
 FILE = "extra/org.ssp-standard.ssp-traceability.srmd/resourceMetaData.srmd"
 """Where the standard has the meta data of a package as a whole."""
@@ -41,7 +37,7 @@ def trace(
     return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
 
 
-def _classify(root: "Element", kind: str, entries: Mapping[str, str]) -> None:
+def _classify(root: Element, kind: str, entries: Mapping[str, str]) -> None:
     from lxml import etree
 
     if not entries:

@@ -2,17 +2,13 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from cosim.ssp.errors import SspError
 from cosim.ssp.model import TYPES, Assignment, Transformation
 from cosim.ssp.package import Package
-from cosim.ssp.xml import SSC, SSD, SSM, SSV, check, parse
+from cosim.ssp.xml import SSC, SSD, SSM, SSV, Element, check, parse
 from fmus.description.description import Scalar
 from fmus.description.units import EXPONENTS, BaseUnit, Conversion, Unit
-
-if TYPE_CHECKING:
-    from cosim.ssp.xml import Element
 
 SET, MAPPING = "application/x-ssp-parameter-set", "application/x-ssp-parameter-mapping"
 
@@ -31,7 +27,7 @@ class Place:
         return f"{self.package.label}#{self.structure}"
 
 
-def bound(element: "Element", place: Place) -> tuple[Assignment, ...]:
+def bound(element: Element, place: Place) -> tuple[Assignment, ...]:
     """Return what the ParameterBindings of an element give, later ones after earlier ones; raises `SspError`."""
     return tuple(
         assignment
@@ -40,7 +36,7 @@ def bound(element: "Element", place: Place) -> tuple[Assignment, ...]:
     )
 
 
-def _binding(binding: "Element", place: Place) -> Iterator[Assignment]:
+def _binding(binding: Element, place: Place) -> Iterator[Assignment]:
     kind = binding.get("type", SET)
     if kind != SET:
         raise SspError(place.label, [f"a ParameterBinding is of type {kind!r}, read are sets of type {SET!r}"])
@@ -59,7 +55,7 @@ def _binding(binding: "Element", place: Place) -> Iterator[Assignment]:
         yield from _mapped(mapping, given, place)
 
 
-def _content(element: "Element", inline: "Element | None", root: str, what: str, place: Place) -> tuple["Element", str]:
+def _content(element: Element, inline: Element | None, root: str, what: str, place: Place) -> tuple[Element, str]:
     """Return the root of a set or mapping that an element refers to or holds, and the file that it stands in."""
     source = element.get("source")
     within = list(inline) if inline is not None else []
@@ -82,7 +78,7 @@ def _content(element: "Element", inline: "Element | None", root: str, what: str,
     return parse(text, root, file), file
 
 
-def _parameter(parameter: "Element", units: Mapping[str, Unit], prefix: str, file: str) -> Assignment:
+def _parameter(parameter: Element, units: Mapping[str, Unit], prefix: str, file: str) -> Assignment:
     name = parameter.get("name", "")
     kinds = [child for child in parameter if _tag(child) in (*TYPES, "Binary")]
     value, kind = kinds[0], _tag(kinds[0])
@@ -101,7 +97,7 @@ def _parameter(parameter: "Element", units: Mapping[str, Unit], prefix: str, fil
     return Assignment(prefix + name, given, TYPES[kind], unit, units)
 
 
-def _texts(value: "Element", kind: str) -> Sequence[str]:
+def _texts(value: Element, kind: str) -> Sequence[str]:
     """Return the texts of a value's elements: SSP 2.0 has lists, of texts as child elements."""
     children = [child.get("value", "") for child in value if _tag(child) == "Value"]
     if kind in ("String", "Enumeration"):
@@ -117,7 +113,7 @@ def _scalar(kind: str, text: str) -> Scalar:
     return float(text) if kind == "Real" else text
 
 
-def _mapped(element: "Element", given: Sequence[Assignment], place: Place) -> Iterator[Assignment]:
+def _mapped(element: Element, given: Sequence[Assignment], place: Place) -> Iterator[Assignment]:
     """Yield what a mapping makes of a set: only what it names, under its new name."""
     kind = element.get("type", MAPPING)
     if kind != MAPPING:
@@ -137,7 +133,7 @@ def _mapped(element: "Element", given: Sequence[Assignment], place: Place) -> It
         yield Assignment(target, old.value, old.type, old.unit, old.units, transformation_of(entry), suppress)
 
 
-def transformation_of(element: "Element") -> Transformation | None:
+def transformation_of(element: Element) -> Transformation | None:
     """Return the transformation that a connection or an entry of a mapping has."""
     for child in element:
         kind = _tag(child)
@@ -149,7 +145,7 @@ def transformation_of(element: "Element") -> Transformation | None:
     return None
 
 
-def read_units(root: "Element") -> dict[str, Unit]:
+def read_units(root: Element) -> dict[str, Unit]:
     """Return the units that a file defines."""
     found: dict[str, Unit] = {}
     for unit in root.iter(f"{{{SSC}}}Unit"):
@@ -163,7 +159,7 @@ def read_units(root: "Element") -> dict[str, Unit]:
     return found
 
 
-def _tag(element: "Element") -> str:
+def _tag(element: Element) -> str:
     """Return the name of an element without its namespace."""
     return element.tag.rpartition("}")[2]
 

@@ -9,21 +9,17 @@ What SSP has no place for stands in our own annotation (own.py).
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from cosim.ssp.archive import epoch, file_name, names_of, write_archive
 from cosim.ssp.errors import SspError
 from cosim.ssp.own import NAMESPACE, TYPE, encode
 from cosim.ssp.package import STRUCTURE
-from cosim.ssp.xml import SSC, SSD, SSV, check
+from cosim.ssp.xml import SSC, SSD, SSV, Element, check
 from cosim.system import Experiment, System
 from cosim.system.wiring import Link, Port, Wiring
 from cosim.time import exact_seconds
 from fmus.description.description import ModelDescription, Scalar, ScalarVariable
 from fmus.description.units import EXPONENTS, IDENTITY, Unit, conversion
-
-if TYPE_CHECKING:
-    from cosim.ssp.xml import Element
 
 VERSIONS = ("1.0", "2.0")
 PARAMETER_SET = "initialValues"
@@ -66,7 +62,7 @@ def write(
     return write_archive(path, texts | dict(extra or {}), {sources[name]: fmus[name] for name in sources})
 
 
-def _bytes(root: "Element", path: Path) -> bytes:
+def _bytes(root: Element, path: Path) -> bytes:
     """Return a file as bytes, which keep to the schema; raises `SspError`."""
     from lxml import etree
 
@@ -92,7 +88,7 @@ def _structure(
     sets: Mapping[str, str],
     version: str,
     tool: str,
-) -> "Element":
+) -> Element:
     from lxml import etree
 
     names = {"ssd": SSD, "ssc": SSC, "ssv": SSV}
@@ -131,7 +127,7 @@ def _structure(
 
 
 def _connector(
-    parent: "Element",
+    parent: Element,
     variable: ScalarVariable,
     fmu: ModelDescription,
     units: Mapping[str, Unit],
@@ -149,7 +145,7 @@ def _connector(
         kind.set("unit", variable.unit)
 
 
-def _connection(parent: "Element", link: Link, wiring: Wiring) -> None:
+def _connection(parent: Element, link: Link, wiring: Wiring) -> None:
     from lxml import etree
 
     ends = {
@@ -183,7 +179,7 @@ def _common_units(wiring: Wiring) -> dict[str, Unit]:
     return {name: unit for name, unit in found.items() if unit is not None}
 
 
-def _define_units(root: "Element", units: Mapping[str, Unit], namespace: str) -> None:
+def _define_units(root: Element, units: Mapping[str, Unit], namespace: str) -> None:
     from lxml import etree
 
     if not units:
@@ -206,7 +202,7 @@ def _enumerations(wiring: Wiring) -> dict[tuple[tuple[str, int], ...], str]:
     return {items: f"Enumeration{n}" for n, items in enumerate(different, 1)}
 
 
-def _define_enumerations(root: "Element", enumerations: Mapping[tuple[tuple[str, int], ...], str]) -> None:
+def _define_enumerations(root: Element, enumerations: Mapping[tuple[tuple[str, int], ...], str]) -> None:
     from lxml import etree
 
     if not enumerations:
@@ -221,7 +217,7 @@ def _define_enumerations(root: "Element", enumerations: Mapping[tuple[tuple[str,
 # ---- values ------------------------------------------------------------------------------------------------------
 
 
-def _parameter_set(values: Mapping[str, Scalar], fmu: ModelDescription, version: str, tool: str) -> "Element":
+def _parameter_set(values: Mapping[str, Scalar], fmu: ModelDescription, version: str, tool: str) -> Element:
     """Return a parameter set in the variables' own units, which are not said: some tools know no unit."""
     from lxml import etree
 

@@ -7,12 +7,11 @@ imported, its files are read.
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from cosim.ssp.errors import SspError
 
-if TYPE_CHECKING:
-    from lxml.etree import _Element as Element  # pyright: ignore[reportPrivateUsage]
+Element = Any  # lxml gives its element class no public name
 
 SSP = "http://ssp-standard.org/SSP1/SystemStructure"
 SSD, SSV, SSM, SSC = f"{SSP}Description", f"{SSP}ParameterValues", f"{SSP}ParameterMapping", f"{SSP}Common"
@@ -27,7 +26,7 @@ FOLDERS = {"1": "", "2": "ssp2"}
 """The version before its dot, and the folder of its schemas."""
 
 
-def parse(text: bytes, root: str, file: str) -> "Element":
+def parse(text: bytes, root: str, file: str) -> Element:
     """Return the root element of a file, which must be `root` and keep to its schema; raises `SspError`."""
     from lxml import etree
 
@@ -44,7 +43,7 @@ def parse(text: bytes, root: str, file: str) -> "Element":
     return element
 
 
-def check(element: "Element", root: str, file: str) -> None:
+def check(element: Element, root: str, file: str) -> None:
     """Hold an element, a file's root or one within another file, against its schema; raises `SspError`."""
     if element.tag != root:
         raise SspError(file, [f"its element is {_plain(element.tag)}, needed is {_plain(root)}"])
