@@ -34,6 +34,7 @@ from cosim.slaves.opening import open_fmu
 from cosim.slaves.pending import Patience
 from cosim.slaves.slave import Slave
 from cosim.slaves.tabulated import Tabulated
+from cosim.ssp.package import path_of
 from cosim.system import feeds
 from cosim.system.expand import rewire, wire
 from cosim.system.overrides import with_inputs, with_parameters
@@ -110,7 +111,7 @@ def find(given: Reference | Path, locate: Locate | None = None) -> Path:
     if locate is not None:
         return locate(reference)
     if is_fmu(reference):
-        return Path(reference)
+        return path_of(reference)
     problem = "it is no path of a .fmu file. Say where such FMUs are: locate=cosim.Library()"
     raise FmuError(Path(name_of(reference)), problem)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from cosim.cli import console, plotting, verifying
+from cosim.cli import console, exporting, plotting, verifying
 from cosim.cli import inputs as feeding
 from cosim.cli.options import (
     Backend,
@@ -24,6 +24,7 @@ from cosim.cli.options import (
     Stop,
     Use,
     reported,
+    times,
 )
 from cosim.errors import ResultUnwritable, SimulationError
 from cosim.results.names import FORMATS
@@ -102,9 +103,11 @@ def show_(
     name: Annotated[
         str,
         typer.Argument(
-            metavar="NAME", help="SYSTEM, FILE.py[:function], FILE.fmu, a component to be built, or a result folder."
+            metavar="NAME", help="SYSTEM, FILE.py[:function], FILE.ssp, FILE.fmu, a component, or a result folder."
         ),
     ],
+    stop: Stop = None,
+    step: Step = None,
     backend: Backend = "native",
     master: Master = None,
     inputs: Inputs = None,
@@ -127,16 +130,16 @@ def show_(
         elif flown.is_result(Path(name)) and name not in papers.describe():
             flown.write_result(Path(name))
         else:
-            system, experiment = scenario.load(name)
+            system, experiment = scenario.load(name, *times(stop, step))
             experiment = overrides.with_experiment(
-                experiment, master=master, inputs=inputs, extrapolation=extrapolation
+                experiment, step, stop, master=master, inputs=inputs, extrapolation=extrapolation
             )
             show.write_system(system, experiment, locate)
 
 
 @app.command()
 def run(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="SYSTEM, FILE.py[:function] or FILE.fmu.")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="SYSTEM, FILE.py[:function], FILE.ssp or FILE.fmu.")],
     use: Use = None,
     set_: Set = None,
     params: Params = None,
@@ -183,10 +186,9 @@ def run(
     from cosim.cli.library import Library
     from cosim.flights import simulate
     from cosim.studies import metrics, papers
-    from cosim.time import parse_seconds
 
     with reported():
-        system, experiment = scenario.load(name, None if stop is None else parse_seconds(stop, "--stop"))
+        system, experiment = scenario.load(name, *times(stop, step))
         owner = papers.find_owner(name)
         usual = metrics.THRESHOLD if owner is None else owner.settled
         threshold = usual if settled is None else overrides.parse_degrees(settled, "--settled")
@@ -244,6 +246,7 @@ def run(
 app.command("plot")(plotting.plot_)
 app.command("metrics")(plotting.metrics_)
 app.command("verify")(verifying.verify_)
+app.command("export")(exporting.export_)
 
 
 @app.command("reproduce")

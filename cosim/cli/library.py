@@ -1,10 +1,11 @@
 """Where FMUs come from: a file as it is, or a component by name, built when it is missing or out of date."""
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from cosim.errors import FmuError
+from cosim.ssp.package import path_of
 from cosim.system.reference import Reference, is_fmu, reference_of
 from fmus.errors import NoCompiler
 from fmus.export.build import build_reference
@@ -13,24 +14,32 @@ from fmus.export.build import build_reference
 class Library:
     """Locates FMUs for one preference of back end; `note` is told lines that a user should see once.
 
+    `platforms`: those for which native FMUs that are built have a binary.
+
     A Python-only component is always built by the python back end; without a C compiler every component is. Threads may
     share a library: an FMU that two of them ask for is built once.
     """
 
-    def __init__(self, backend: str = "native", note: Callable[[str], None] | None = None) -> None:
-        self.backend = backend
+    def __init__(
+        self,
+        backend: str = "native",
+        note: Callable[[str], None] | None = None,
+        platforms: Sequence[str] = ("host",),
+    ) -> None:
+        self.backend, self.platforms = backend, tuple(platforms)
         self._note = note or (lambda _line: None)
         self._turn = threading.Lock()
 
     def __call__(self, given: Reference | Path) -> Path:
         """Return the FMU of a reference: FILE.fmu, NAME or FILE.py:Class, the latter two with :modes=6 or the like.
 
-        A component's class is a reference too, one from a notebook's cell as well. Raises `FmuError` for a file that is
-        not there, `fmus.errors.BuildError` for what cannot be built.
+        A component's class is a reference too, one from a notebook's cell as well, and an FMU within a package,
+        FILE.ssp#resources/NAME.fmu. Raises `FmuError` for a file that is not there, `SspError` for one that is not in
+        a package, `fmus.errors.BuildError` for what cannot be built.
         """
         reference = reference_of(given)
         if is_fmu(reference):
-            path = Path(reference)
+            path = path_of(reference)
             if not path.is_file():
                 raise FmuError(path, "there is no such file")
             return path
@@ -48,7 +57,7 @@ class Library:
                 self._note(f"{error} Until then: python back end.")
 
     def _build(self, reference: Reference) -> Path:
-        return build_reference(reference, self.backend, announce=self._note)
+        return build_reference(reference, self.backend, self.platforms, announce=self._note)
 
 
 def locate(reference: Reference | Path) -> Path:

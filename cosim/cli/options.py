@@ -8,6 +8,7 @@ import typer
 
 from cosim.cli import console
 from cosim.errors import SimulationError
+from cosim.time import Seconds, parse_seconds
 from fmus.errors import BuildError
 
 Backend = Annotated[
@@ -50,6 +51,12 @@ Extrapolation = Annotated[
     int | None, typer.Option(help="Order to which at_point inputs follow their sources' derivatives: 0, 1 or 2.")
 ]
 Force = Annotated[bool, typer.Option("--force", help="Replace a result that is already there.")]
+
+
+def times(stop: str | None, step: str | None) -> list[Seconds | None]:
+    """Return what --stop and --step say, s; raises `TimeError`."""
+    given = (("--stop", stop), ("--step", step))
+    return [None if text is None else parse_seconds(text, option) for option, text in given]
 
 
 @contextmanager

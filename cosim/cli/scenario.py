@@ -12,6 +12,7 @@ from pathlib import Path
 from types import ModuleType
 
 from cosim.errors import SimulationError, UnknownName
+from cosim.ssp.package import is_package
 from cosim.studies import papers
 from cosim.system import Experiment, System
 from cosim.system.reference import Reference, is_fmu
@@ -29,17 +30,19 @@ class NoScenario(ScenarioError):
     """A file without any function that could give a system."""
 
 
-def load(name: str | Path, stop: Seconds | None = None) -> Scenario:
-    """Return the system and experiment of NAME, FILE.py[:function] or FILE.fmu, which flies alone.
+def load(name: str | Path, stop: Seconds | None = None, step: Seconds | None = None) -> Scenario:
+    """Return the system and experiment of NAME, FILE.py[:function], FILE.ssp or FILE.fmu, which flies alone.
 
     The function takes no arguments and returns (System, Experiment); it need not be named if it is the only such
     function or is called `system`. FMU references of the file (FILE.py:Class, FILE.fmu) are relative to the file's
-    folder. `stop`: the stop time of an FMU alone, s, instead of its own.
+    folder. `stop`: the stop time of an FMU alone or of a package, s, instead of its own; `step`: the step of a package.
     """
     reference = os.path.expanduser(name)
     file, _, function = reference.partition(".py:") if ".py:" in reference else (reference, "", "")
     if is_fmu(reference):
         return _alone(Path(reference), stop)
+    if is_package(reference):
+        return _package(Path(reference), stop, step)
     if not function and not reference.endswith(".py"):
         return papers.scenario(reference)
     path = Path(f"{file}.py" if function else file)
@@ -86,6 +89,16 @@ def _alone(path: Path, stop: Seconds | None) -> Scenario:
     step = proposed.step_size or (stop - start) / 1000
     system = System(name=name, components={name: str(path)}, hold_unconnected=True)
     return system, Experiment(stop_time=stop, communication_step_size=step, start_time=start)
+
+
+def _package(path: Path, stop: Seconds | None, step: Seconds | None) -> Scenario:
+    """Return what a .ssp file holds; masters and what they need take longer to import than a name to look up."""
+    from cosim.masters.error_controlled import ErrorControlled
+    from cosim.masters.explicit import Explicit
+    from cosim.masters.iterated import Iterated
+    from cosim.ssp.read import read
+
+    return read(path, {master.__name__: master for master in (Explicit, Iterated, ErrorControlled)}, stop, step)
 
 
 def _module(path: Path) -> ModuleType:

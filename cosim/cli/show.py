@@ -10,7 +10,7 @@ from cosim.cli.instances import Locate, read_descriptions
 from cosim.masters.explicit import Explicit
 from cosim.masters.implicit.cut import stages
 from cosim.results.runinfo import warnings
-from cosim.system import Experiment, System, graph
+from cosim.system import Connection, Experiment, System, graph
 from cosim.system.expand import wire
 from cosim.system.reference import name_of
 from cosim.system.system import MasterSettings
@@ -110,16 +110,23 @@ def write_fmu(path: Path) -> None:
 
 def _connections(system: System, wiring: Wiring) -> list[tuple[str, str, str, str]]:
     """Return one row per connected array: elements are joined where they have one timing; defaults are marked."""
+    factors = {c.target: _factor(c) for c in system.connections}
     silent = {c.target for c in system.connections if c.timing is None}
     rows: dict[tuple[str, str, str, str], None] = {}
     for link in (link for link in wiring.links if not link.fed):
         source, target = (f"{p.component}.{split_element(p.variable)[0]}" for p in (link.source, link.target))
         ends = (wiring.descriptions[p.component].variables[p.variable].unit or "" for p in (link.source, link.target))
-        units = " -> ".join(dict.fromkeys(ends))
+        units = " -> ".join(dict.fromkeys(ends)) + factors.get(str(link.target), factors.get(target, ""))
         timing = "step mean" if link.step_mean else WORDS.get(link.timing, link.timing)
         default = " (default)" if {target, str(link.target)} & silent else ""
         rows[source, target, units, timing + default] = None
     return list(rows)
+
+
+def _factor(connection: Connection) -> str:
+    """Return the factor and offset that a connection has of its own, "" where it has none."""
+    how = connection.transformation
+    return "" if how is None else f", times {how.factor:.6g}" + (f" plus {how.offset:.6g}" if how.offset else "")
 
 
 def _master(master: MasterSettings) -> str:

@@ -19,6 +19,7 @@ from cosim.cli.options import (
     Stop,
     Use,
     reported,
+    times,
 )
 from cosim.time import in_words
 
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def verify_(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="SYSTEM, FILE.py[:function] or FILE.fmu.")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="SYSTEM, FILE.py[:function], FILE.ssp or FILE.fmu.")],
     use: Use = None,
     set_: Set = None,
     params: Params = None,
@@ -60,7 +61,7 @@ def verify_(
     with reported():
         if out is not None and (out / verification.FILE).exists() and not force:
             raise ResultExists(out)
-        system, experiment = scenario.load(name, None if stop is None else parse_seconds(stop, "--stop"))
+        system, experiment = scenario.load(name, *times(stop, step))
         locate = Library(backend, console.note)
         system, _ = overrides.with_changes(system, use or [], params or [], set_ or [], locate, console.write_swap)
         experiment = overrides.with_experiment(

@@ -1,5 +1,6 @@
 """From a system and the descriptions of its FMUs to a checked `Wiring`; all mistakes are found and told together."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -152,7 +153,9 @@ class _Checker:
             return self._wrong(both, connection, _ADVICE[ends[1].type])
         names = f"{connection.source} -> {connection.target}"
         units = ends[0].unit, ends[1].unit
-        found = conversion(*units, a.units, b.units)
+        found = connection.transformation or conversion(*units, a.units, b.units)
+        if connection.transformation is not None:
+            self._transformation(connection, ends)
         if found is None:
             both = f"{connection.source} has unit {units[0]}, {connection.target} has unit {units[1]}"
             advice = self._naming((target.component, source.component), [f"unit={unit}" for unit in units])
@@ -173,6 +176,17 @@ class _Checker:
         link = Link(source, target, timing, found or IDENTITY, step_mean, allowed=_allowed(*ends))
         made = carried(link, timing, a, b)
         return [made if connection.timing else replace(made, asked="")]  # nobody asked for a default
+
+    def _transformation(self, connection: Connection, ends: tuple[ScalarVariable, ScalarVariable]) -> None:
+        """Find a factor or offset of numbers that are none, or between values that have none."""
+        names = f"{connection.source} -> {connection.target} has a factor or offset"
+        if {end.type for end in ends} != {"Real"}:
+            types = " and ".join(dict.fromkeys(end.type for end in ends))
+            self._wrong(f"{names}, but its ends are {types}: both must be Real", connection)
+        assert connection.transformation is not None
+        numbers = connection.transformation.factor, connection.transformation.offset
+        if not all(math.isfinite(number) for number in numbers):
+            self._wrong(f"{names} that is not finite: {numbers[0]}, {numbers[1]}", connection)
 
     def _default(self, source: Port, target: Port) -> str:
         """Return the timing of a connection that does not say one.

@@ -12,6 +12,7 @@ from cosim.system.value import Value, plain
 from cosim.system.wiring import Wiring
 from cosim.time import Seconds
 from fmus.description import html
+from fmus.description.units import Conversion
 
 
 class MasterSettings(Protocol):
@@ -30,11 +31,23 @@ class Connection:
     t_k, "after_step" that at t_k+1, "midpoint" the mean of both, "ramp" the line between them, "smooth" the cubic
     through both with the source's slopes. None: after_step for a step mean, at_point otherwise. A target that cannot
     interpolate its inputs is held at the mean of the line or curve.
+
+    `factor`, `offset`: target = factor * source + offset in the variables' own units, between Real variables; where
+    neither is given, the target gets what the source is in the target's unit.
     """
 
     source: str
     target: str
     timing: Timing | None = None
+    factor: float | None = None
+    offset: float = 0.0
+
+    @property
+    def transformation(self) -> Conversion | None:
+        """What is made of the source's value, None: what the units of both ends say."""
+        if self.factor is None and self.offset == 0.0:
+            return None
+        return Conversion(1.0 if self.factor is None else self.factor, self.offset)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,7 +18,7 @@ _UNIX = 3
 
 def read_file(path: Path, name: str) -> bytes:
     """Return one file of an FMU; raises `FmuError`."""
-    with _opened(path, "it is not an FMU, for it is no readable zip archive") as archive:
+    with opened(path, "it is not an FMU, for it is no readable zip archive") as archive:
         if name not in archive.namelist():
             raise FmuError(path, f"it is not an FMU, for there is no {name} inside")
         return archive.read(name)
@@ -26,13 +26,14 @@ def read_file(path: Path, name: str) -> bytes:
 
 def extract(path: Path, folder: Path) -> Path:
     """Extract an FMU into a folder and return it; raises `FmuError`."""
-    with _opened(path, "it cannot be extracted") as archive:
+    with opened(path, "it cannot be extracted") as archive:
         archive.extractall(folder)
     return folder
 
 
 @contextmanager
-def _opened(path: Path, failed: str) -> Generator[zipfile.ZipFile]:
+def opened(path: Path, failed: str, kind: str = "an FMU") -> Generator[zipfile.ZipFile]:
+    """Open an archive whose files may all be extracted; `failed`, `kind`: for messages. Raises `FmuError`."""
     try:
         mode = path.stat().st_mode
     except FileNotFoundError as error:
@@ -40,11 +41,11 @@ def _opened(path: Path, failed: str) -> Generator[zipfile.ZipFile]:
     except (OSError, ValueError) as error:
         raise FmuError(path, f"it cannot be read: {error}") from error
     if not stat.S_ISREG(mode):  # of a pipe nothing may ever come
-        raise FmuError(path, f"it is not an FMU, for it is {'a folder' if stat.S_ISDIR(mode) else 'no regular file'}")
+        raise FmuError(path, f"it is not {kind}, for it is {'a folder' if stat.S_ISDIR(mode) else 'no regular file'}")
     try:
         with zipfile.ZipFile(path) as archive:
             for entry in archive.infolist():
-                problem = _problem(entry)
+                problem = _problem(entry, kind)
                 if problem is not None:
                     raise FmuError(path, f"its file {entry.orig_filename!r} {problem}")
             size = sum(entry.file_size for entry in archive.infolist())
@@ -57,13 +58,13 @@ def _opened(path: Path, failed: str) -> Generator[zipfile.ZipFile]:
         raise FmuError(path, f"{failed}: {str(error) or type(error).__name__}") from error
 
 
-def _problem(entry: zipfile.ZipInfo) -> str | None:
+def _problem(entry: zipfile.ZipInfo, kind: str) -> str | None:
     """Return why a file is not to be extracted, None where it may be."""
     name = entry.orig_filename
     if name.startswith("/") or not {"\\", ":", "\0"}.isdisjoint(name) or ".." in name.split("/"):
         return "has a name that leads out of the archive, or is none on every platform"
     if entry.create_system == _UNIX and stat.S_ISLNK(entry.external_attr >> 16):
-        return "is a symbolic link: an FMU has files"
+        return f"is a symbolic link: {kind} has files"
     if entry.flag_bits & _ENCRYPTED:
         return "is encrypted"
     if entry.compress_type not in METHODS:

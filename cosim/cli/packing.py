@@ -1,0 +1,136 @@
+"""What `adcs export` does: a system is wired, started or flown, and written as a package."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from importlib.metadata import version as version_of
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cosim.cli.instances import read_descriptions
+from cosim.errors import SimulationError
+from cosim.flights import simulate
+from cosim.masters.explicit import Explicit
+from cosim.results.result import figures
+from cosim.ssp import trace
+from cosim.ssp.write import PARAMETER_SET, generated, write
+from cosim.studies import metrics, papers
+from cosim.system import Experiment, System
+from cosim.system.expand import wire
+from cosim.system.wiring import Port, Wiring
+from cosim.time import exact_seconds, in_words
+from fmus.description.description import Scalar
+from fmus.description.units import IDENTITY
+
+if TYPE_CHECKING:
+    from cosim.results.result import Result
+    from cosim.studies.papers.claims import Verdict
+
+Locate = Callable[[Any], Path]
+
+
+def export(
+    path: Path, system: System, experiment: Experiment, locate: Locate, *, ssp: str = "1.0", traced: str | None = None
+) -> list[str]:
+    """Write a package, and return what is to be told of it, line by line.
+
+    `traced`: fly the experiment and write what it shows too; the name of the paper's experiment that it is, "" for
+    none. Raises `SspError`, `WiringErrors`, and what ends such a flight early.
+    """
+    tool = f"adcs-cosim {version_of('adcs-cosim')}"
+    wiring = wire(system, read_descriptions(system, locate))
+    fmus = {name: locate(reference) for name, reference in system.components.items()}
+    notes: list[str] = []
+    if traced is not None and papers.find_owner(traced) is None:
+        notes.append("no claims: this is no experiment of a paper as it is published, only its metrics are written")
+    extra: dict[str, bytes] = {}
+    result: Result | None = None
+    try:
+        if traced is None:
+            result = _started(system, experiment, locate)
+        else:
+            result = simulate(system, experiment, locate=locate, metrics=_measure(traced))
+            extra[trace.FILE] = _traced(system, experiment, traced, result, tool)
+    except SimulationError as error:
+        if traced is not None:
+            raise
+        notes.append(f"connected inputs have no start values in it, for the system does not start here: {error}")
+    starts = {} if result is None else _starts(wiring, result)
+    write(path, system, experiment, wiring, fmus, version=ssp, starts=starts, tool=tool, extra=extra)
+    return [*notes, *_remarks(experiment, wiring)]
+
+
+def _started(system: System, experiment: Experiment, locate: Locate) -> "Result":
+    """Return a flight of one step, whose first row is the start; the step itself may fail."""
+    start, step = (
+        exact_seconds(seconds, name)
+        for seconds, name in (
+            (experiment.start_time, "start_time"),
+            (experiment.communication_step_size, "communication_step_size"),
+        )
+    )
+    brief = replace(experiment, stop_time=start + step, master=Explicit(), record=("*",), stop_when="", every=1)
+    try:
+        return simulate(system, brief, locate=locate, advise=False)
+    except SimulationError as error:
+        if error.result is None or not len(error.result):
+            raise
+        return error.result
+
+
+def _starts(wiring: Wiring, result: "Result") -> dict[Port, Scalar]:
+    """Return the values of the connected inputs in the first row."""
+    found: dict[Port, Scalar] = {}
+    recorded = set(result.table.column_names)
+    for link in wiring.links:
+        if str(link.target) in recorded:
+            found[link.target] = result.table.column(str(link.target))[0].as_py()
+    return found
+
+
+def _measure(name: str) -> "Callable[[Result], Any]":
+    owner = papers.find_owner(name)
+    settled = metrics.THRESHOLD if owner is None else owner.settled
+    return lambda run: metrics.measure(run, settled)
+
+
+def _traced(system: System, experiment: Experiment, name: str, result: "Result", tool: str) -> bytes:
+    """Return the meta data of a flight, with the claims that it decides."""
+    info = result.info
+    flight = {
+        "status": info["status"],
+        "stop time (s)": f"{info['stop_time']!r}",
+        "communication step size (s)": f"{info['communication_step_size']!r}",
+        "master": repr(experiment.master or Explicit()),
+    }
+    flight |= {f"GUID of {instance}": told["guid"] for instance, told in info["components"].items()}
+    measured = {key: figures(value) for key, value in result.metrics.items()}
+    claims = [_claim(verdict) for verdict in papers.judge_run(name, result)]
+    return trace.trace(system.name, flight, measured, claims, generated(tool))
+
+
+def _claim(verdict: "Verdict") -> dict[str, str]:
+    told = {
+        "paper": verdict.paper,
+        "claim": verdict.claim,
+        "paper says": verdict.said,
+        "measured": verdict.measured,
+        "verdict": verdict.word,
+        "what fails": verdict.failing,
+        "criterion": verdict.criterion,
+        "depends on": verdict.depends,
+    }
+    return {keyword: text for keyword, text in told.items() if text}
+
+
+def _remarks(experiment: Experiment, wiring: Wiring) -> Sequence[str]:
+    """Return what other tools must be told, for SSP has no place for it."""
+    step = in_words(exact_seconds(experiment.communication_step_size, "communication_step_size"))
+    lines = [
+        f"other tools must be told the communication step, {step}; some ask for the parameter set {PARAMETER_SET}",
+        "they pass outputs on at communication points, as adcs run --master jacobi does: their errors are larger",
+    ]
+    changed = [link for link in wiring.links if link.conversion != IDENTITY]
+    if changed:
+        first, more = changed[0], f" and {len(changed) - 1} more" if len(changed) > 1 else ""
+        lines.append(f"{first.source} -> {first.target}{more} has a factor: check that the other tool applies it")
+    return lines
