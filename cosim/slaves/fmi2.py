@@ -17,24 +17,27 @@ from cosim.slaves.pending import STOP_IS_ASKED, TIME_IS_UP
 from cosim.slaves.shelf import SHELF
 from cosim.slaves.slave import CInterface, References, Refusal, note_warnings
 
+COMMON = (
+    "fmi2Instantiate",
+    "fmi2FreeInstance",
+    "fmi2SetupExperiment",
+    "fmi2EnterInitializationMode",
+    "fmi2ExitInitializationMode",
+)
+"""Functions without which nothing flies."""
 
-class FMU2Unmoved(Unmoved, fmi2.FMU2Slave):
-    """fmpy's slave; fmpy tells the version of FMI by the class's name."""
 
-    needed = (
-        "fmi2Instantiate",
-        "fmi2FreeInstance",
-        "fmi2SetupExperiment",
-        "fmi2EnterInitializationMode",
-        "fmi2ExitInitializationMode",
-        "fmi2DoStep",
-    )
+class Unmoved2(Unmoved):
+    """What FMI 2.0 FMUs for co-simulation and for model exchange have in common; `kind`: which of them it is."""
+
+    kind = fmi2.fmi2CoSimulation
+    fmi2Instantiate: Callable[..., Any]
 
     def instantiate(self, visible: bool = False, callbacks: Any = None, loggingOn: bool = False) -> None:
         """fmi2Instantiate, with the address of the resources as this FMU reads it."""
         self.callbacks = callbacks
         name, guid, resources = (s.encode() for s in (self.instanceName, self.guid, self._resources()))
-        given = name, fmi2.fmi2CoSimulation, guid, resources, ctypes.byref(callbacks), visible, loggingOn
+        given = name, self.kind, guid, resources, ctypes.byref(callbacks), visible, loggingOn
         self.component = self.fmi2Instantiate(*given)
         if self.component is None:
             raise FMICallException(function="fmi2Instantiate", status=fmi2.fmi2Error)
@@ -52,11 +55,17 @@ class FMU2Unmoved(Unmoved, fmi2.FMU2Slave):
         return begin + path.lstrip("/").replace(" ", "%20")
 
 
-class FmuSlave(Instance):
-    """An instance of an FMI 2.0 FMU; see `Instance`."""
+class FMU2Unmoved(Unmoved2, fmi2.FMU2Slave):
+    """fmpy's slave; fmpy tells the version of FMI by the class's name."""
 
-    def __init__(self, name: str, path: Path) -> None:
-        super().__init__(name, path, FMU2Unmoved)
+    needed = (*COMMON, "fmi2DoStep")
+
+
+class FmuSlave(Instance):
+    """An instance of an FMI 2.0 FMU, `made` by fmpy; see `Instance`."""
+
+    def __init__(self, name: str, path: Path, made: type[Unmoved2] = FMU2Unmoved) -> None:
+        super().__init__(name, path, made)
         self._buffers: dict[References, tuple[Any, FloatArray, Any]] = {}
         self._vectors: dict[References, Any] = {}
 

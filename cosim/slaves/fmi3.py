@@ -24,17 +24,14 @@ from cosim.slaves.shelf import SHELF
 from cosim.slaves.slave import References
 from cosim.system.parameters import EXACT
 
+COMMON = ("fmi3FreeInstance", "fmi3EnterInitializationMode", "fmi3ExitInitializationMode")
+"""Functions without which nothing flies."""
+
 
 class FMU3Unmoved(Unmoved, fmi3.FMU3Slave):
     """fmpy's slave; fmpy tells the version of FMI by the class's name."""
 
-    needed = (
-        "fmi3InstantiateCoSimulation",
-        "fmi3FreeInstance",
-        "fmi3EnterInitializationMode",
-        "fmi3ExitInitializationMode",
-        "fmi3DoStep",
-    )
+    needed = ("fmi3InstantiateCoSimulation", *COMMON, "fmi3DoStep")
 
     def make(self, environment: int) -> None:
         """fmi3InstantiateCoSimulation; log messages come under the key `environment`."""
@@ -64,8 +61,8 @@ class Fmi3Slave(Instance):
 
     prefix = "fmi3"
 
-    def __init__(self, name: str, path: Path) -> None:
-        super().__init__(name, path, FMU3Unmoved)
+    def __init__(self, name: str, path: Path, made: type[Unmoved] = FMU3Unmoved) -> None:
+        super().__init__(name, path, made)
         self._elements = Elements(self.description)
         self._experiment: tuple[float, float | None, float | None] = (0.0, None, None)
         self._ended: float | None = None

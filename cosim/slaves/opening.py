@@ -10,8 +10,12 @@ from cosim.slaves.slave import Slave
 def open_fmu(name: str, path: Path) -> Slave:
     """Return an instance of an FMU file, not yet instantiated; raises `FmuError`."""
     description = SHELF.description(path)
-    if description.model_exchange or description.fmi_version == "1.0":
-        raise FmuError(path, "it is for model exchange only, or of FMI 1.0: needed is co-simulation of FMI 2.0 or 3.0")
+    if description.fmi_version == "1.0":
+        raise FmuError(path, "it is of FMI 1.0: needed is 2.0 or 3.0")
+    if description.model_exchange:
+        from cosim.slaves.model_exchange import ModelExchange2, ModelExchange3
+
+        return (ModelExchange3 if description.fmi_version.startswith("3") else ModelExchange2)(name, path)
     if description.fmi_version.startswith("3"):
         from cosim.slaves.fmi3 import Fmi3Slave
 

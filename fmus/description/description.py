@@ -77,7 +77,7 @@ class ModelDescription:
     dependencies (outputs), derivatives (rates of states), initial_unknowns: variable -> names it depends on, None: not
     said. refresh, sampled, step_means, rates_act, role, shared: see annotations.py. sizes: structural parameter of FMI
     3.0 -> the arrays that take a dimension from it. unserved: variables of types that are not exchanged, with the type.
-    model_exchange: whether the FMU gives only derivatives, and is integrated here.
+    model_exchange: whether the FMU gives only derivatives, of `states` with `event_indicators`, and is integrated here.
     """
 
     model_name: str
@@ -110,6 +110,8 @@ class ModelDescription:
     description: str = ""
     fmi_version: str = "2.0"
     model_exchange: bool = False
+    states: int = 0
+    event_indicators: int = 0
     sizes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     unserved: Mapping[str, str] = field(default_factory=dict)
 

@@ -85,6 +85,8 @@ def _from_fmpy(description: Any, annotations: Annotations, root: Any) -> ModelDe
         units={u.name: _unit(u) for u in description.unitDefinitions},
         default_experiment=_default_experiment(description.defaultExperiment),
         model_exchange=description.coSimulation is None,
+        states=description.numberOfContinuousStates,
+        event_indicators=description.numberOfEventIndicators,
         **_capabilities(description, root, annotations),
         only_once_per_process=own.canBeInstantiatedOnlyOncePerProcess,
         needs_execution_tool=own.needsExecutionTool,
