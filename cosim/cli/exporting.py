@@ -29,8 +29,8 @@ def export_(
 ) -> None:
     """Write a system with its FMUs as a system structure package (SSP), which other tools fly."""
     from cosim.cli import overrides, scenario
-    from cosim.cli.packing import export
     from cosim.cli.library import Library
+    from cosim.cli.packing import export
     from fmus.toolchain import SUFFIXES
 
     with reported():
