@@ -29,7 +29,7 @@ def with_filters(system: System, target: str, **filters: Reference) -> System:
     inside: Timing = "ramp" if old.timing is None or old.timing == "at_point" else old.timing
     sources = [old.source, *(f"{name}.y" for name in filters)]
     targets = [*(f"{name}.u" for name in filters), old.target]
-    timings = [*(inside for _ in filters), old.timing]
+    timings: list[Timing | None] = [*(inside for _ in filters), old.timing]
     chain = [Connection(*ends) for ends in zip(sources, targets, timings, strict=True)]
     connections = [link for c in system.connections for link in (chain if c is old else [c])]
     return replace(system, components={**system.components, **filters}, connections=connections)
