@@ -20,10 +20,11 @@ if TYPE_CHECKING:
     from cosim.masters.iterated import Iterated
     from cosim.results.result import Result
     from cosim.slaves.slave import Slave
-    from cosim.system import Connection, Experiment, Signal, System, Value
+    from cosim.system import At, Connection, Experiment, Signal, System, Value
     from cosim.system.swap import SwapReport
 
 __all__ = [
+    "At",
     "Connection",
     "ErrorControlled",
     "Experiment",
@@ -42,6 +43,7 @@ __all__ = [
 refuse_strangers()
 
 _HOMES = {
+    "At": "cosim.system",
     "Connection": "cosim.system",
     "ErrorControlled": "cosim.masters.error_controlled",
     "Experiment": "cosim.system",

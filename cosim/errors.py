@@ -56,6 +56,23 @@ class SignalError(SimulationError):
 
 
 @dataclass(eq=False)
+class EventError(SimulationError):
+    """A change in flight that cannot be: of what is fixed, unknown, of another size, at a time at which it cannot be.
+
+    `component`: the FMU that refused it in a run.
+    """
+
+    time: str
+    problem: str
+    advice: str = ""
+    component: str | None = None
+
+    def __str__(self) -> str:
+        """Time, problem, advice."""
+        return f"event at {self.time}: {self.problem}. {self.advice}".rstrip()
+
+
+@dataclass(eq=False)
 class CyclicOrder(SimulationError):
     """Components that each have to step before the other; `connections` reads "a.x -> b.u (after_step)"."""
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from cosim.errors import StepFailed
+from cosim.masters.events import Events
 from cosim.masters.interrupt import Asked, interruptible
 from cosim.masters.master import Course, Flown
 from cosim.masters.point import Point
@@ -32,16 +33,17 @@ class Flight:
         course: Course,
         crew: Crew,
         point: Point,
+        events: Events,
         folder: Path | None,
         progress: Progress | None,
         info: Mapping[str, Any],
         patience: Patience,
     ) -> None:
         self.patience = patience
-        self.course, self.crew, self.point = course, crew, point
+        self.course, self.crew, self.point, self.events = course, crew, point, events
         self.folder, self.progress, self.info = folder, progress, info
         schedule = course.schedule
-        rows = schedule.steps // schedule.every + 3
+        rows = schedule.steps // schedule.every + len(schedule.events) + 3
         self.recorder = Recorder(folder, course.layout.columns, point.texts, rows)
         self.flown = Flown("none", "nothing was flown")
         self.control, self.evaluations = course.control(), 0
@@ -65,7 +67,7 @@ class Flight:
                 algorithm, self.flown = self.course.algorithm(self.crew, watch)
                 _tell(self.flown)
                 with interruptible(watch.stop, self._last_words) as self.asked:
-                    going = run(algorithm, self.control, self.point, watch)
+                    going = run(algorithm, self.control, self.point, watch, self.events)
                     try:
                         for self.point in going:
                             recorder.look()

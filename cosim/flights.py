@@ -18,6 +18,8 @@ from cosim.errors import (
     WiringErrors,
 )
 from cosim.flight import Flight, Progress, warn
+from cosim.masters import events
+from cosim.masters.events import Events
 from cosim.masters.explicit import Explicit
 from cosim.masters.initialization.initialize import Initialization
 from cosim.masters.kernel import crash
@@ -36,6 +38,7 @@ from cosim.slaves.slave import Slave
 from cosim.slaves.tabulated import Tabulated
 from cosim.ssp.package import path_of
 from cosim.system import feeds
+from cosim.system.events import Change, resolve
 from cosim.system.expand import rewire, wire
 from cosim.system.overrides import with_inputs, with_parameters
 from cosim.system.reference import Reference, is_fmu, name_of, reference_of
@@ -43,7 +46,7 @@ from cosim.system.signal import Signal
 from cosim.system.swap import SwapReport
 from cosim.system.system import Experiment, System
 from cosim.system.wiring import Wiring
-from cosim.time import Schedule
+from cosim.time import Schedule, exact_seconds
 
 Locate = Callable[[Any], Path]
 """FMU reference, as `System` has it, -> path."""
@@ -126,6 +129,7 @@ class _Plan:
     effective: Effective
     info: Mapping[str, Any]
     signals: Mapping[str, feeds.Pieces]
+    events: events.Plan
 
     def tabulated(self) -> dict[str, Tabulated]:
         """Return the instances that signals are, new ones: they cost no more than a reset would."""
@@ -218,7 +222,9 @@ class Prepared:
             warn(line)
         if folder is not None:
             schedule = plan.course.schedule
-            formats.check_room(format, plan.course.layout.columns, schedule.steps // schedule.every + 2)
+            formats.check_room(
+                format, plan.course.layout.columns, schedule.steps // schedule.every + len(schedule.events) + 2
+            )
         with self._crew() as crew:
             schedule = plan.course.schedule
             stop = schedule.time(schedule.steps) if experiment.announce_stop_time else None
@@ -233,7 +239,9 @@ class Prepared:
                 if folder is not None:  # a third of the cost of a short flight that is not kept
                     info["values"] = plan.effective.read(crew, plan.wiring.settings)
                 with story.told(folder, info) as tale:
-                    flight = Flight(plan.course, slaves, point, folder, progress, info, patience)
+                    flight = Flight(
+                        plan.course, slaves, point, Events(plan.events, slaves), folder, progress, info, patience
+                    )
                     flight.fly(tale.problem)
                     refused = crews.end(crew, getattr(flight.failure, "component", None))
                     result, failure = self._result(plan, flight, folder, format)
@@ -265,6 +273,8 @@ class Prepared:
         if self._paths.keys() == self.system.components.keys():  # instances that are given fly one flight only
 
             def fly(trial: Experiment, look: Progress) -> Result:
+                stop = exact_seconds(trial.stop_time, "stop_time")
+                trial = replace(trial, events=[e for e in trial.events if exact_seconds(e.time, "event") < stop])
                 return self.fly(trial, parameters=parameters, inputs=inputs, progress=look, advise=False)
 
             remedy.advise(failure, experiment, experiment.master or Explicit(), fly)
@@ -286,13 +296,20 @@ class Prepared:
     ) -> _Plan:
         """Return what the flight needs beside instances; it is kept, but for what is of this flight alone."""
         schedule = Schedule.of(
-            experiment.start_time, experiment.stop_time, experiment.communication_step_size, experiment.every
+            experiment.start_time,
+            experiment.stop_time,
+            experiment.communication_step_size,
+            experiment.every,
+            [event.time for event in experiment.events],
         )
         master = cast(Master, experiment.master if experiment.master is not None else Explicit())
         system = with_parameters(self.system, parameters or {})
         if inputs:
             system = with_inputs(system, inputs)
             wiring = wire(system, self._descriptions)
+            return self._planned(system, wiring, schedule, master, experiment, record)
+        if experiment.events:
+            wiring = rewire(self._wiring, system)
             return self._planned(system, wiring, schedule, master, experiment, record)
         key = (master, schedule, record, replace(experiment, master=None, record=()))
         if key not in self._plans:
@@ -320,11 +337,16 @@ class Prepared:
     ) -> _Plan:
         if uncovered := [mistake for feed in wiring.feeds.values() for mistake in feeds.uncovered(feed, schedule)]:
             raise WiringErrors(system.name, uncovered)
+        changes, mistakes = resolve(wiring, system, schedule, experiment.events)
+        if mistakes:
+            raise WiringErrors(system.name, mistakes)
         timed = master.timed(wiring)
         course = master.course(timed, schedule, record, experiment.stop_when)
         info = runinfo.setup(system, experiment, schedule, timed, course, master, self._paths, self._swaps)
         signals = {name: feeds.pieces(feed, schedule) for name, feed in wiring.feeds.items()}
-        return _Plan(timed, course, Initialization.of(timed, course.layout), Effective(timed), info, signals)
+        info["events"] = [change.told(timed) for change in changes]
+        happening = events.Plan.of(timed, course.layout, _on(course.schedule, changes))
+        return _Plan(timed, course, Initialization.of(timed, course.layout), Effective(timed), info, signals, happening)
 
     def _result(self, plan: _Plan, flight: Flight, folder: Path | None, format: str) -> tuple[Result, Exception | None]:
         """Return the result of a flight that has ended, and what ended it early."""
@@ -351,3 +373,8 @@ class Prepared:
             with suppress(Exception) if failure is not None else nullcontext():
                 _ = result.metrics
         return result, failure
+
+
+def _on(schedule: Schedule, changes: tuple[Change, ...]) -> tuple[Change, ...]:
+    """Return changes at the points of the schedule that a master flies, which may have more of them."""
+    return tuple(replace(c, point=point) for c, point in zip(changes, schedule.event_points, strict=True))

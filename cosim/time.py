@@ -6,6 +6,8 @@ as one of 1 ms; the h of fmi2DoStep is t_k+1 - t_k in doubles, so that t + h is 
 
 import math
 import re
+from bisect import bisect_left
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -136,6 +138,8 @@ class Schedule:
     """The communication points of a run: start, start + step, ..., stop; the last step may be shorter.
 
     `start`, `stop` and `step` count units of 1/`denominator` s; each `every`-th point is recorded, and the last.
+    `events` are counts too, each once, in their order: communication points that are recorded. Where one lies within a
+    step, that step is divided there, and the points after it stay where they were.
     """
 
     start: int
@@ -143,13 +147,23 @@ class Schedule:
     step: int
     denominator: int
     every: int = 1
+    events: tuple[int, ...] = ()
 
     @classmethod
-    def of(cls, start_time: Seconds, stop_time: Seconds, communication_step_size: Seconds, every: int) -> "Schedule":
+    def of(
+        cls,
+        start_time: Seconds,
+        stop_time: Seconds,
+        communication_step_size: Seconds,
+        every: int,
+        events: Sequence[Seconds] = (),
+    ) -> "Schedule":
         """Count times given in s.
 
-        Raises `TimeError` for what cannot be counted, for a stop before the start, and for `every` below 1.
+        Raises `TimeError` for what cannot be counted, for a stop before the start, events not between them, and for
+        `every` below 1.
         """
+        at = sorted({exact_seconds(time, "the time of an event") for time in events})
         start, stop = exact_seconds(start_time, "start_time"), exact_seconds(stop_time, "stop_time")
         step = exact_seconds(communication_step_size, "communication_step_size")
         if step <= 0:
@@ -159,7 +173,11 @@ class Schedule:
         whole = not isinstance(every, bool) and int(every) == every
         if not whole or not 1 <= every <= LARGEST_INTEGER:
             raise TimeError("every", every, f"it must be a whole number of steps, 1 to {LARGEST_INTEGER}")
-        unit = math.lcm(start.denominator, stop.denominator, step.denominator)
+        for time in at:
+            if not start <= time < stop:
+                problem = f"it must be from start_time, {written(start)}, on and before stop_time, {written(stop)}"
+                raise TimeError("the time of an event", written(time), problem)
+        unit = math.lcm(*(time.denominator for time in (start, stop, step, *at)))
         for name, value in (("start_time", start), ("stop_time", stop), ("communication_step_size", step)):
             if abs(value) * unit > LARGEST_COUNT or unit > LARGEST_COUNT:
                 problem = f"it is beyond what can be counted in units of 1/{unit} s, {LARGEST_COUNT / unit:.3g} s"
@@ -169,12 +187,28 @@ class Schedule:
             value = f"{float(step):g} s"
             problem = f"a double at {float(stop):.12g} s tells apart no steps below {finest:.3g} s"
             raise TimeError("communication_step_size", value, problem)
-        return cls(int(start * unit), int(stop * unit), int(step * unit), unit, int(every))
+        counts = tuple(int(time * unit) for time in at)
+        return cls(int(start * unit), int(stop * unit), int(step * unit), unit, int(every), counts)
 
     @cached_property
     def steps(self) -> int:
         """Number of communication steps."""
-        return -((self.start - self.stop) // self.step)
+        return -((self.start - self.stop) // self.step) + len(self.dividing)
+
+    @cached_property
+    def dividing(self) -> tuple[int, ...]:
+        """The events that lie within steps, counts."""
+        return tuple(event for event in self.events if (event - self.start) % self.step)
+
+    @cached_property
+    def divided_at(self) -> tuple[int, ...]:
+        """The communication points that these are."""
+        return tuple((event - self.start) // self.step + 1 + i for i, event in enumerate(self.dividing))
+
+    @cached_property
+    def event_points(self) -> tuple[int, ...]:
+        """The communication points of all events, in their order."""
+        return tuple((e - self.start - 1) // self.step + 1 + bisect_left(self.dividing, e) for e in self.events)
 
     def divided(self, n: int) -> "Schedule":
         """Return the schedule in steps of 1/n, the same times recorded; raises `TimeError` if it cannot be counted."""
@@ -185,10 +219,15 @@ class Schedule:
         if max(abs(start), abs(stop), denominator) > LARGEST_COUNT or step / denominator < finest:
             value = f"{step / denominator:.3g} s"
             raise TimeError("least_step", value, f"times up to {self.time(self.steps):.12g} s cannot be counted in it")
-        return Schedule(start, stop, step, denominator, self.every * n)
+        return Schedule(start, stop, step, denominator, self.every * n, tuple(event * unit for event in self.events))
 
     def count(self, k: int) -> int:
         """Return the communication point k = 0 ... steps in units of 1/denominator s."""
+        if self.dividing:
+            i = bisect_left(self.divided_at, k)
+            if i < len(self.divided_at) and self.divided_at[i] == k:
+                return self.dividing[i]
+            k -= i
         return min(self.start + k * self.step, self.stop)
 
     def time(self, k: int) -> float:
@@ -196,8 +235,10 @@ class Schedule:
         return self.count(k) / self.denominator
 
     def recorded(self, k: int) -> bool:
-        """Whether the row of point k is recorded: each `every`-th, and the last."""
-        return k % self.every == 0 or k == self.steps
+        """Whether the row of point k is recorded: each `every`-th, those of events, and the last."""
+        if k == self.steps or k in self.event_points:
+            return True
+        return (k - bisect_left(self.divided_at, k)) % self.every == 0
 
     @property
     def step_size(self) -> Fraction:

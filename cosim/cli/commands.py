@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from cosim.cli import console, exporting, plotting, verifying
+from cosim.cli import events as happening
 from cosim.cli import inputs as feeding
 from cosim.cli.options import (
     Backend,
@@ -140,12 +141,14 @@ def show_(
 @app.command()
 def run(
     name: Annotated[str, typer.Argument(metavar="NAME", help="SYSTEM, FILE.py[:function], FILE.ssp or FILE.fmu.")],
+    changes: happening.Changes = None,
     use: Use = None,
     set_: Set = None,
     params: Params = None,
     input_: feeding.Input = None,
     interpolation: feeding.Interpolated = "linear",
     hold: feeding.Hold = None,
+    at: happening.AtTime = None,
     stop: Stop = None,
     step: Step = None,
     master: Master = None,
@@ -210,6 +213,7 @@ def run(
             master_tolerance,
             pending_timeout,
         )
+        experiment = happening.with_events(experiment, at or [], changes or [])
         folder = out if out is not None else Path("results") / system.name
         with console.progress(system.name) as progress:
             failure: SimulationError | None = None
@@ -229,7 +233,19 @@ def run(
                 if error.result is None:
                     raise
                 failure, result = error, error.result
-        changed = (fed or None, set_, params, step, every, master, inputs, extrapolation, tolerance, master_tolerance)
+        changed = (
+            fed or None,
+            at,
+            set_,
+            params,
+            step,
+            every,
+            master,
+            inputs,
+            extrapolation,
+            tolerance,
+            master_tolerance,
+        )
         if system.hold_unconnected:
             console.write_held(result, system.held)
         try:

@@ -44,8 +44,8 @@ class ErrorControlled:
 
     Rows come at the experiment's communication points, each `every`-th, and steps land on these: no step is longer than
     `every` communication steps. `least_step`, `largest_step` in s; None: a communication step / 2^20, and no limit.
-    Steps land on the samples of sampled components too. Every FMU must be able to save its state and take steps of any
-    length. `kernel`: whether steps are solved in the compiled kernel.
+    Steps land on the samples of sampled components too, and on events. Every FMU must be able to save its state and
+    take steps of any length. `kernel`: whether steps are solved in the compiled kernel.
     """
 
     relative: float = 1e-6
@@ -116,7 +116,9 @@ class ErrorControlled:
     def _divided(self, wiring: Wiring, schedule: Schedule) -> tuple[Schedule, tuple[int, ...]]:
         """Return the schedule of the points at which a step may end, and the landings, counted in these."""
         step, samples = schedule.step_size, sample_times(wiring).values()
-        n = math.lcm(*((sample / step).denominator for sample in samples))
+        start = Fraction(schedule.start, schedule.denominator)
+        events = (Fraction(event, schedule.denominator) - start for event in schedule.events)
+        n = math.lcm(*((time / step).denominator for time in (*samples, *events)))
         least, longest = self._seconds("least_step"), step * schedule.every
         if least is not None and least > longest:
             what = f"least_step = {float(least):g} s is above the distance of two rows, {float(longest):g} s"

@@ -62,8 +62,11 @@ class Algorithm(Protocol):
 class Control(Protocol):
     """Decides how far an algorithm goes, and whether its step counts."""
 
-    def until(self, point: Point, *, far: bool) -> int:
-        """Return the communication point to go to from here; `far`: as far as nothing is to be decided before."""
+    def until(self, point: Point, last: int, *, far: bool) -> int:
+        """Return the communication point to go to from here, `last` at most: an event waits there, or the end.
+
+        `far`: as far as nothing is to be decided before.
+        """
         ...
 
     def accepts(self, outcome: Outcome) -> bool:

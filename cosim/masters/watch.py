@@ -69,6 +69,13 @@ class Watch:
             self.block.append(self.schedule.time(point.index), self.layout.columns.row(point.values))
             self.last_row = point.index
 
+    def again(self, point: Point) -> None:
+        """Record a point once more, in place of its row, which is the last and not yet taken."""
+        if self.last_row == point.index and self.block.count:
+            self.block.count -= 1
+        self.last_row = -1
+        self.row(point)
+
     def ends(self, point: Point) -> bool:
         """Whether a run that stands at a point goes no further."""
         return point.index >= self.schedule.steps or bool(self.stop.value) or self.flag_is_up(point)

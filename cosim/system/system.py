@@ -1,6 +1,6 @@
 """A system and an experiment are data: what flies, how it is wired, how long and with which master."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -123,6 +123,18 @@ def _told(value: Any) -> str:
     return f"{text} {unit or ''}".strip()
 
 
+@dataclass(frozen=True)
+class At:
+    """An event: at a time in s parameters change, At(50.0, {"controller.kp": 30}); values and names as in `System`."""
+
+    time: Seconds
+    values: Mapping[str, Any]
+
+    def __post_init__(self) -> None:
+        """Copy what the caller could change later, make arrays plain."""
+        object.__setattr__(self, "values", {name: plain(value) for name, value in self.values.items()})
+
+
 @dataclass(frozen=True, kw_only=True)
 class Experiment:
     """Times in s, the master, and what is recorded: every n-th row of the variables that match `record`.
@@ -140,6 +152,9 @@ class Experiment:
 
     `stop_when`: a flag of a component, "plant.cage_contact": where it is there, the run ends at the first communication
     point at which the flag is above 0.5. That is a result, no failure; run.json has it as its `event`.
+
+    `events`: tunable parameters that change at given times, each before the step that begins there. A time between two
+    communication points divides the step; the points after it stay where they were.
     """
 
     stop_time: Seconds
@@ -152,8 +167,10 @@ class Experiment:
     tolerance: float | None = None
     announce_stop_time: bool = False
     pending_timeout: float = 60.0
+    events: Sequence[At] = ()
 
     def __post_init__(self) -> None:
-        """Make the patterns a tuple; a text is one pattern."""
+        """Make the patterns a tuple; a text is one pattern. Make the events one too."""
+        object.__setattr__(self, "events", tuple(self.events))
         record = (self.record,) if isinstance(self.record, str) else tuple(self.record)
         object.__setattr__(self, "record", record)

@@ -19,7 +19,10 @@ from fmus import toolchain
 
 @dataclass(frozen=True)
 class Variable:
-    """One scalar variable; `depends`: the inputs that an output follows directly, in words separated by blanks."""
+    """One scalar variable; `depends`: the inputs that an output follows directly, in words separated by blanks.
+
+    `causality`: "tunable" is a parameter that is.
+    """
 
     name: str
     type: str
@@ -224,14 +227,16 @@ def _xml(name, variables, references, units, mark, capabilities) -> str:
             "input": "",
             "output": ' initial="calculated"',
             "parameter": ' variability="fixed" initial="exact"',
+            "tunable": ' variability="tunable" initial="exact"',
         }[v.causality]
-        if v.type != "Real" and v.causality != "parameter":
+        causality = "parameter" if v.causality == "tunable" else v.causality
+        if v.type != "Real" and causality != "parameter":
             kind += ' variability="discrete"'
         inner = f' declaredType="{v.name}_type"' if v.items else ""
         inner += f' unit="{v.unit}"' if v.unit else ""
         inner += f' start="{_word(v.start)}"' if v.start is not None and v.causality != "output" else ""
         lines += (
-            f'<ScalarVariable name="{v.name}" valueReference="{references[v.name]}" causality="{v.causality}"{kind}>'
+            f'<ScalarVariable name="{v.name}" valueReference="{references[v.name]}" causality="{causality}"{kind}>'
             f"<{v.type}{inner}/></ScalarVariable>\n"
         )
     unknowns = "".join(

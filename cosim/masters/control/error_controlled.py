@@ -82,11 +82,11 @@ class ErrorControlled:
         self._accepted = self._rejected = 0
         self._taken: list[float] = []
 
-    def until(self, point: Point, *, far: bool) -> int:
+    def until(self, point: Point, last: int, *, far: bool) -> int:
         """Return the end of the next step; the last two before a landing are of one size."""
         wish = self._shorter or Pace(point.memory[: Pace.SIZE]).wish() or self.first
         step = int(min(max(wish, self.least), self.largest))
-        room = min(self.schedule.steps - point.index, *(n - point.index % n for n in self.landings))
+        room = min(last - point.index, *(n - point.index % n for n in self.landings))
         if step < room < 2 * step and room >= 2 * self.least:
             step = -(-room // 2)
         self._at, self._tried = point.index, min(step, room)

@@ -341,8 +341,7 @@ EXPORT int kernel_run(Run *r, integer until, double seconds, double *rows, integ
     if (r->every < 1 || r->denominator < 1 || r->step < 1 || until > r->steps) return -1;
     for (i = 0; i < r->components; i++)
         if (r->component[i].period < 1) return -1;
-    next_row = (r->done / r->every + 1) * r->every;
-    if (next_row > r->steps) next_row = r->steps;
+    next_row = next_recorded(r, r->done);
     while (r->done < until && *count < capacity && !*r->stop_asked) {
         if (r->stop_slot >= 0 && r->point[r->stop_slot] > FLAG) break;
         next = point_time(r, r->done + 1);
@@ -350,7 +349,7 @@ EXPORT int kernel_run(Run *r, integer until, double seconds, double *rows, integ
         r->done++;
         t = next;
         if (r->done == next_row) {
-            next_row = r->every < r->steps - next_row ? next_row + r->every : r->steps;
+            next_row = next_recorded(r, r->done);
             write_row(r, r->done, rows + *count * (1 + r->columns));
             r->last_row = r->done;
             ++*count;

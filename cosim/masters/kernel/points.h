@@ -23,8 +23,29 @@ static double now(void)
 /* Communication point k in units of 1/denominator s, and in s, rounded once. */
 static integer point_count(const Run *r, integer k)
 {
-    integer at = r->start + k * r->step;
+    integer i = 0, at;
+    while (i < r->divisions && r->divided_at[i] < k) i++;
+    if (i < r->divisions && r->divided_at[i] == k) return r->dividing[i];
+    at = r->start + (k - i) * r->step;
     return at < r->stop ? at : r->stop;
+}
+
+/* The next point after k that is recorded: time.py, Schedule.recorded. */
+static integer next_recorded(const Run *r, integer k)
+{
+    integer i, before = 0, after, next;
+    for (i = 0; i < r->divisions; i++) before += r->divided_at[i] <= k;
+    after = k - before; /* of the grid, the last point up to k */
+    if (r->every >= r->steps - after) {
+        next = r->steps;
+    } else {
+        next = (after / r->every + 1) * r->every;
+        for (i = 0; i < r->divisions && r->divided_at[i] <= next; i++) next++;
+        if (next > r->steps) next = r->steps;
+    }
+    for (i = 0; i < r->events; i++)
+        if (r->event_point[i] > k && r->event_point[i] < next) next = r->event_point[i];
+    return next;
 }
 
 static double point_time(const Run *r, integer k) { return (double)point_count(r, k) / (double)r->denominator; }

@@ -140,6 +140,8 @@ typedef struct {
 
 typedef struct {
     integer start, stop, step, denominator, every, steps; /* times in units of 1/denominator s */
+    integer divisions, events; /* events within steps: their points and counts; the points of all events */
+    const integer *divided_at, *dividing, *event_point;
     integer components;
     Component *component;
     integer refreshes;
@@ -222,7 +224,8 @@ static const integer layout[] = {
     F(Loop, slots), F(Loop, value), F(Loop, slope), F(Loop, partner), F(Loop, nominal), F(Loop, x), F(Loop, residual),
     F(Loop, change), F(Loop, matrix),
     (integer)sizeof(Run), F(Run, start), F(Run, stop), F(Run, step), F(Run, denominator), F(Run, every),
-    F(Run, steps), F(Run, components), F(Run, component), F(Run, refreshes), F(Run, refresh), F(Run, size),
+    F(Run, steps), F(Run, divisions), F(Run, events), F(Run, divided_at), F(Run, dividing), F(Run, event_point),
+    F(Run, components), F(Run, component), F(Run, refreshes), F(Run, refresh), F(Run, size),
     F(Run, point), F(Run, newest), F(Run, next), F(Run, all_step), F(Run, inputs), F(Run, input_slot),
     F(Run, input_source), F(Run, input_factor), F(Run, input_addend), F(Run, columns), F(Run, column_slot),
     F(Run, stop_slot), F(Run, stop_asked), F(Run, texts), F(Run, pending_timeout), F(Run, stages), F(Run, stage), F(Run, loop), F(Run, tolerance),

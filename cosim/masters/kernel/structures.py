@@ -118,7 +118,9 @@ class RunStructure(ctypes.Structure):
     """The whole run, where it stands, what ended it."""
 
     _fields_ = [
-        *_integers("start", "stop", "step", "denominator", "every", "steps", "components"),
+        *_integers("start", "stop", "step", "denominator", "every", "steps", "divisions", "events"),
+        *_pointers("divided_at", "dividing", "event_point"),
+        *_integers("components"),
         *_pointers("component"),
         *_integers("refreshes"),
         *_pointers("refresh"),
@@ -190,6 +192,11 @@ class Packed:
         inputs = layout.inputs
         self.run = RunStructure(
             **{name: getattr(schedule, name) for name in ("start", "stop", "step", "denominator", "every", "steps")},
+            divisions=len(schedule.dividing),
+            events=len(schedule.events),
+            divided_at=self._array(schedule.divided_at, np.int64),
+            dividing=self._array(schedule.dividing, np.int64),
+            event_point=self._array(schedule.event_points, np.int64),
             components=len(turns.all),
             component=components,
             refreshes=len(readings),

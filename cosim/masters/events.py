@@ -1,0 +1,121 @@
+"""Changes of parameters in a run, each at a communication point; from there on the run goes on as from a new start.
+
+At the point, before the next step: the parameters are set; the outputs are evaluated again, in the order of direct
+feedthrough, as initialization does it, where FMUs allow that (`refresh`); slopes are asked for anew, and what has been
+made of points before (differences, predictions, lengths of steps) is forgotten. So the next step begins with what holds
+after the change, and the point's row shows that: values from the right.
+
+The outputs of other FMUs stay what they were at the end of the step before until their next one.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cosim.errors import AlgebraicLoop, CallFailed, EventError
+from cosim.masters.algebraic_loop import Loop
+from cosim.masters.calls import Assignment, assign, assignments
+from cosim.masters.initialization import slopes
+from cosim.masters.initialization.initialize import Chain, Round
+from cosim.masters.initialization.slopes import Asked
+from cosim.masters.initialization.values import Values
+from cosim.masters.layout import Layout, Reading
+from cosim.masters.point import Point
+from cosim.slaves.slave import Slave
+from cosim.system import graph
+from cosim.system.events import Change
+from cosim.system.wiring import Wiring
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The changes of a run in their order, and what is evaluated again after each, in that order."""
+
+    layout: Layout
+    changes: tuple[Change, ...]
+    settings: tuple[Mapping[str, Sequence[Assignment]], ...]
+    parts: tuple[tuple[Reading, ...] | Loop, ...]
+    slopes: tuple[Asked, ...]
+    periods: Mapping[str, int]
+
+    @classmethod
+    def of(cls, wiring: Wiring, layout: Layout, changes: tuple[Change, ...]) -> "Plan":
+        """Work out the calls of the changes for a wiring, its timings those that are flown."""
+        if not changes:
+            return cls(layout, (), (), (), (), {})
+        parts: list[tuple[Reading, ...] | Loop] = []
+        for e in graph.evaluation_order(wiring):
+            can = tuple(port for port in e.outputs if wiring.descriptions[port.component].refresh)
+            readings = layout.readings(wiring, can)
+            if e.loop and len(can) == len(e.outputs):
+                parts.append(Loop(readings, graph.loop_path(wiring, e.outputs, initial=False)))
+            elif readings:
+                parts.append(readings)
+        settings = tuple(_settings(wiring, change) for change in changes)
+        periods = {name: wiring.period(name) for name in wiring.components}
+        return cls(layout, changes, settings, tuple(parts), slopes.asked(wiring, layout), periods)
+
+
+class Events:
+    """The changes of one flight, over its instances."""
+
+    def __init__(self, plan: Plan, slaves: Mapping[str, Slave]) -> None:
+        self._plan, self._slaves = plan, slaves
+        self._next = 0
+
+    def last(self, end: int) -> int:
+        """Return the communication point that may be gone to: where the next change waits, else the end."""
+        waiting = self._plan.changes[self._next :]
+        return waiting[0].point if waiting else end
+
+    def due(self, point: Point) -> bool:
+        """Whether a change waits at a point."""
+        return self.last(-1) == point.index
+
+    def apply(self, point: Point) -> Point:
+        """Change what is due at a point, and return it as it is then; raises `EventError`."""
+        change, settings = self._plan.changes[self._next], self._plan.settings[self._next]
+        self._next += 1
+        here = replace(point.copy(), memory=np.zeros(0))
+        try:
+            for name, groups in settings.items():
+                assign(self._slaves[name], groups)
+            self._evaluate(here, change)
+        except CallFailed as error:
+            what = ", ".join(f"{port} = {value}" for port, value in change.values.items())
+            raise EventError(
+                f"{change.time:.12g} s", f"{what} was refused: {error}", component=error.component
+            ) from error
+        except AlgebraicLoop as error:
+            error.time = change.time
+            raise
+        return here
+
+    def _evaluate(self, here: Point, change: Change) -> None:
+        """Evaluate again what stands at the point; a slower component may be ahead of it."""
+        plan, values = self._plan, Values(self._plan.layout, self._slaves, here, change.time)
+        values.known[:] = True
+        standing = {c.name for c in plan.layout.components if here.index % plan.periods[c.name] == 0}
+        for part in plan.parts:
+            if isinstance(part, Loop):
+                Round(values, part).evaluate()
+            else:
+                Chain(values, tuple(r for r in part if plan.layout.components[r.component].name in standing)).evaluate()
+        for asked in plan.slopes:
+            if asked.component in standing:
+                slopes.read(asked, self._slaves[asked.component], here.values)
+        for c in plan.layout.components:
+            if c.name in standing:
+                if c.outputs.differences is not None:
+                    c.outputs.differences.forget(here.values)
+                here.newest[c.outputs.slots] = here.values[c.outputs.slots]
+        plan.layout.show_inputs(here.values)
+
+
+def _settings(wiring: Wiring, change: Change) -> Mapping[str, Sequence[Assignment]]:
+    names = dict.fromkeys(port.component for port in change.values)
+    return {
+        name: assignments((wiring.variable(p), v) for p, v in change.values.items() if p.component == name)
+        for name in names
+    }
