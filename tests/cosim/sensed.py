@@ -68,7 +68,7 @@ def closed_loop(stop: float) -> tuple[System, Experiment]:
             "tracker.samples_per_measurement": 4,
             "tracker.latency": 0.1,
             **{f"filter.{name}": value for name, value in NOISE.items()},
-            "filter.bias_sigma_start": Value(10, "deg/h"),
+            "filter.sigma_bias_start": Value(10, "deg/h"),
         },
         held={"plant.tau_B": [0, 0, 0], "plant.tau_dist_B": [0.001, 0, -0.0005]},
     )
