@@ -50,10 +50,10 @@ class MEKF(Component):
     rate_random_walk = replace(attitude_sensing.GyroNoise.rate_random_walk, start=neutral.RATE_WALK)
     cross_noise = replace(attitude_sensing.TrackerNoise.cross_noise, start=neutral.CROSS_NOISE)
     roll_noise = replace(attitude_sensing.TrackerNoise.roll_noise, start=neutral.ROLL_NOISE)
-    attitude_sigma_start = Parameter(
+    sigma_q_BN_start = Parameter(
         unit="rad", start=0.1, display_unit="deg", doc="deviation of the attitude at the start, each axis"
     )
-    bias_sigma_start = Parameter(
+    sigma_bias_start = Parameter(
         unit="rad/s", start=1e-4, display_unit="deg/h", doc="deviation of the bias at the start, each axis"
     )
 
@@ -78,10 +78,10 @@ class MEKF(Component):
     q_BN = Output(unit="1", shape=(4,), doc="estimated attitude of the body, scalar first")
     omega_BN_B = Output(unit="rad/s", shape=(3,), display_unit="deg/s", nominal=1e-2, doc="measured rate less bias")
     bias = Output(unit="rad/s", shape=(3,), display_unit="deg/h", nominal=1e-5, doc="estimated bias of the gyro")
-    attitude_sigma = Output(
+    sigma_q_BN = Output(
         unit="rad", shape=(3,), display_unit="arcsec", nominal=1e-4, doc="deviation of the attitude, each axis"
     )
-    bias_sigma = Output(
+    sigma_bias = Output(
         unit="rad/s", shape=(3,), display_unit="deg/h", nominal=1e-5, doc="deviation of the bias, each axis"
     )
     residual = Output(
@@ -91,9 +91,9 @@ class MEKF(Component):
 
     def initial(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         return {
-            "P_attitude": p.attitude_sigma_start**2 * ca.DM.eye(3),
+            "P_attitude": p.sigma_q_BN_start**2 * ca.DM.eye(3),
             "P_cross": ca.SX.zeros(3, 3),
-            "P_bias": p.bias_sigma_start**2 * ca.DM.eye(3),
+            "P_bias": p.sigma_bias_start**2 * ca.DM.eye(3),
             "q_gyro": ca.DM(NO_ROTATION),
             "q_gyro_past": ca.repmat(ca.DM(NO_ROTATION), 1, self.memory),
             "time_last": t,
@@ -134,8 +134,8 @@ class MEKF(Component):
             "q_BN": x.q_estimate,
             "omega_BN_B": x.omega_seen,
             "bias": x.bias_estimate,
-            "attitude_sigma": ca.sqrt(ca.diag(x.P_attitude)),
-            "bias_sigma": ca.sqrt(ca.diag(x.P_bias)),
+            "sigma_q_BN": ca.sqrt(ca.diag(x.P_attitude)),
+            "sigma_bias": ca.sqrt(ca.diag(x.P_bias)),
             "residual": x.residual_seen,
             "valid": x.started,
         }
@@ -144,7 +144,7 @@ class MEKF(Component):
         return [
             *attitude_sensing.gyro_conditions(self, p),
             attitude_sensing.boresight_condition(p),
-            *positive(self, p, "cross_noise", "roll_noise", "attitude_sigma_start", "bias_sigma_start"),
+            *positive(self, p, "cross_noise", "roll_noise", "sigma_q_BN_start", "sigma_bias_start"),
             quaternion_condition("q_BN_measured", u.q_BN_measured),
             quaternion_condition("q_estimate", x.q_estimate),
         ]

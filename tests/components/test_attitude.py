@@ -55,6 +55,30 @@ def test_rotation_vector_near_and_far(angle):
     assert_allclose(numbers(quaternion.rotation_vector(q)), angle * axis, rtol=1e-14, atol=1e-300)
 
 
+@pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-5, 0.99e-2, 1.01e-2, 0.3, 3.1, 5.0])
+def test_quaternion_of_a_rotation_vector_near_and_far(angle):
+    """The quaternion, and its slope by differences of scipy's (central: 1e-10 and rounding)."""
+    e = angle * np.array([0.6, -0.48, 0.64])
+    found = numbers(quaternion.from_rotation_vector(ca.DM(e)))
+    assert_allclose(found, [np.cos(angle / 2), *(np.sinc(angle / 2 / np.pi) / 2 * e)], rtol=1e-15, atol=1e-300)
+    assert_allclose(found * np.sign(found[0]), numbers(quaternion.short(column(Rotation.from_rotvec(e)))), atol=4e-16)
+    v, h = ca.SX.sym("v", 3), 1e-5
+    slope = ca.Function("slope", [v], [ca.jacobian(quaternion.from_rotation_vector(v), v)])(e).full()
+    turned = lambda d: np.array([np.cos(np.linalg.norm(d) / 2), *(np.sinc(np.linalg.norm(d) / 2 / np.pi) / 2 * d)])  # noqa: E731
+    differences = [(turned(e + h * axis) - turned(e - h * axis)) / (2 * h) for axis in np.eye(3)]
+    assert_allclose(slope, np.transpose(differences), atol=1e-10)
+
+
+@pytest.mark.parametrize("r", ROTATIONS)
+def test_a_small_turn_of_an_attitude(r):
+    """To third order the turn by the vector itself, |n|^3 / 12; of unit length."""
+    n = 1e-3 * RNG.normal(size=3)
+    found = numbers(quaternion.turned(column(r), ca.DM(n)))
+    error = (r * Rotation.from_rotvec(n)).inv() * Rotation.from_quat(found, scalar_first=True)
+    assert error.magnitude() < np.linalg.norm(n) ** 3 / 12 + 1e-15
+    assert abs(np.linalg.norm(found) - 1) < 4e-16
+
+
 def test_rotation_vector_has_a_slope_at_zero():
     q = ca.SX.sym("q", 4)
     slope = ca.Function("slope", [q], [ca.jacobian(quaternion.rotation_vector(q), q)])([1, 0, 0, 0])

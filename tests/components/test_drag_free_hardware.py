@@ -3,7 +3,8 @@
 import casadi as ca
 import numpy as np
 import pytest
-from helpers import Point, numbers, split
+import sampling
+from helpers import Point, numbers
 from numpy.testing import assert_allclose
 from published import as_in
 from scipy.spatial.transform import Rotation
@@ -25,18 +26,8 @@ def draws(function, seed, channel):
 
 
 def samples(part, count, inputs=None, **values):
-    """Outputs after each of `count` samples; inputs: name -> rows."""
-    point = Point(part, **values)
-    x, rows = point.x, []
-    at = np.cumsum([0, *(v.size for v in part.inputs)])
-    for k in range(count):
-        u = point.u.copy()
-        for (v, a), b in zip(zip(part.inputs, at, strict=False), at[1:], strict=True):
-            if inputs and v.name in inputs:
-                u[a:b] = inputs[v.name][k]
-        x = numbers(part.functions.update(0.1 * k, x, u, point.p, point.c))
-        rows.append(numbers(part.functions.outputs(0.1 * k, x, u, point.p, point.c, [])))
-    return split(part.outputs_declared, np.array(rows))
+    """Of `count` samples, 0.1 s apart."""
+    return sampling.samples(part, 0.1 * np.arange(count), inputs, **values)
 
 
 def test_noise_is_uniform_normal_and_white():

@@ -16,7 +16,7 @@ MEKF, Gyro, StarTracker = (CATALOG[name] for name in ("MEKF", "Gyro", "StarTrack
 T, N = 0.1, 5  # of the gyro, and samples of it between two measurements
 WALKS = {"angle_random_walk": [1e-4, 2e-4, 1.5e-4], "rate_random_walk": [1e-5, 5e-6, 2e-5]}
 TRACKER = {"boresight_B": np.array([2.0, -1.0, 2.0]) / 3, "cross_noise": 1e-4, "roll_noise": 8e-4}
-SIGMA_0 = {"attitude_sigma_start": 0.02, "bias_sigma_start": 2e-3}
+SIGMA_0 = {"sigma_q_BN_start": 0.02, "sigma_bias_start": 2e-3}
 
 
 def scalar_first(rotation):
@@ -59,8 +59,8 @@ def test_steady_covariance_of_one_axis_is_farrenkopfs():
     before = rows["P_attitude"][-2] + T**2 * rows["P_bias"][-2] - 2 * T * rows["P_cross"][-2]
     before = np.diag(before) + v**2 * T + u**2 * T**3 / 3
     assert_allclose(before, n**2 * (zeta**2 - 1), rtol=1e-10)
-    assert_allclose(rows["attitude_sigma"][-1], np.sqrt(np.diag(P)[:3]), rtol=1e-15)
-    assert_allclose(rows["bias_sigma"][-1], np.sqrt(np.diag(P)[3:]), rtol=1e-15)
+    assert_allclose(rows["sigma_q_BN"][-1], np.sqrt(np.diag(P)[:3]), rtol=1e-15)
+    assert_allclose(rows["sigma_bias"][-1], np.sqrt(np.diag(P)[3:]), rtol=1e-15)
 
 
 def test_steady_covariance_of_three_axes_is_that_of_the_riccati_equation():
@@ -183,7 +183,7 @@ def test_a_late_measurement_at_a_constant_rate_is_as_good_as_one_in_time():
         "valid_measured": t >= late * T - 1e-9,
         "omega_BN_B_measured": np.tile(w, (count, 1)),
     }
-    values = dict(cross_noise=1e-9, roll_noise=1e-9, attitude_sigma_start=1.0, bias_sigma_start=1e-12)
+    values = dict(cross_noise=1e-9, roll_noise=1e-9, sigma_q_BN_start=1.0, sigma_bias_start=1e-12)
     start = scalar_first(Rotation.from_rotvec([0.3, -0.2, 0.5]))
     rows = samples(MEKF(sample_time=T, memory=0), t, inputs, q_estimate=start, **values)
     error = (q.inv() * Rotation.from_quat(rows["q_BN"], scalar_first=True)).magnitude()
@@ -202,9 +202,9 @@ def test_what_is_not_new_or_not_valid_is_not_used():
     expected = Rotation.from_rotvec(np.outer(t, w - [0.01, 0, 0]))
     assert (expected.inv() * Rotation.from_quat(blind["q_BN"], scalar_first=True)).magnitude().max() < 1e-13
     assert not blind["valid"].any() and not blind["residual"].any()
-    assert (np.diff(blind["attitude_sigma"], axis=0) > 0).all()
+    assert (np.diff(blind["sigma_q_BN"], axis=0) > 0).all()
     once = samples(part, t, inputs | {"exposure_time": np.zeros(count), "valid_measured": np.ones(count)})
-    assert once["valid"].all() and (np.diff((once["attitude_sigma"] ** 2).sum(axis=1)) > 0).all()
+    assert once["valid"].all() and (np.diff((once["sigma_q_BN"] ** 2).sum(axis=1)) > 0).all()
     assert_allclose(once["residual"], np.tile([0.1, 0, 0], (count, 1)), rtol=1e-12, atol=1e-15)
 
 
@@ -212,17 +212,17 @@ def test_a_first_fix_from_anywhere():
     """Knowing nothing (10 rad), it takes the first measurement, up to R / (P + R) = 2.5e-11 of half a turn."""
     far = Rotation.from_rotvec([0.0, 3.0, 0.0])
     inputs = {"q_BN_measured": scalar_first(far)[None], "exposure_time": np.zeros(1), "valid_measured": np.ones(1)}
-    rows = samples(MEKF(sample_time=T), np.zeros(1), inputs, attitude_sigma_start=10.0, roll_noise=5e-5)
+    rows = samples(MEKF(sample_time=T), np.zeros(1), inputs, sigma_q_BN_start=10.0, roll_noise=5e-5)
     found = Rotation.from_quat(rows["q_BN"], scalar_first=True)
     assert (far.inv() * found).magnitude()[0] < 3 * 2.6e-11
-    assert_allclose(rows["attitude_sigma"], np.full((1, 3), 5e-5), rtol=1e-10)
+    assert_allclose(rows["sigma_q_BN"], np.full((1, 3), 5e-5), rtol=1e-10)
 
 
 REFUSALS = {
     "cross": ({"cross_noise": 0.0}, "cross_noise = 0 rad: it must be positive."),
     "roll": ({"roll_noise": 0.0}, "roll_noise = 0 rad: it must be positive."),
-    "attitude": ({"attitude_sigma_start": 0.0}, "attitude_sigma_start = 0 rad: it must be positive."),
-    "bias": ({"bias_sigma_start": 0.0}, "bias_sigma_start = 0 rad/s: it must be positive."),
+    "attitude": ({"sigma_q_BN_start": 0.0}, "sigma_q_BN_start = 0 rad: it must be positive."),
+    "bias": ({"sigma_bias_start": 0.0}, "sigma_bias_start = 0 rad/s: it must be positive."),
     "walk": ({"angle_random_walk": -1e-5}, "angle_random_walk[1] = -1e-05 rad/s/Hz(1/2): it must not be negative."),
     "boresight": ({"boresight_B": [0, 0, 2.0]}, "boresight_B has length 2, a unit vector (within 1e-6) is needed."),
 }

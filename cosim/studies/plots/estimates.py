@@ -5,8 +5,8 @@
 
 A sensor or estimator is what has that role or, of an FMU that says none, has none of a loop's, and is fed by a plant,
 directly or through others. The truth of an output is the plant's of the same name; that of a bias is the one of the
-sensor ahead, of the same name, else its only one of a bias. Where `sigma_NAME` is an output too, three of it, to either
-side, are drawn beside NAME. Rows are of one time: latency and holding over samples are part of what is shown.
+sensor ahead, of the same name, else its only one of a bias. Where sigma_NAME, its deviation, is an output too, three of
+it are drawn to either side, dotted. Rows are of one time: latency and holding over samples are part of what is shown.
 """
 
 from collections.abc import Iterable, Mapping
@@ -25,6 +25,7 @@ from fmus.description.names import split_port
 ESTIMATING = ("sensor", "estimator")
 NO_TRUTH = ("tau_B", "h_B", "tau_dist_B", "H_N", "energy")  # of a plant: nothing estimates these by showing them
 BIAS = "bias"
+SIGMA = "sigma_"
 
 
 def draw_estimates(runs: Mapping[str, Result]) -> dict[str, Figure]:
@@ -36,7 +37,8 @@ def draw_estimates(runs: Mapping[str, Result]) -> dict[str, Figure]:
                 found = panels.setdefault(instance, {})
                 unit, components, rows = error(run, f"{instance}.{name}", truth)
                 old = found.get(name, Panel(f"{name}", unit, components, []))
-                found[name] = Panel(name, unit, components, [*old.traces, Trace(label, run.time, rows)])
+                trace = Trace(label, run.time, rows, _bound(run, instance, name, rows))
+                found[name] = Panel(name, unit, components, [*old.traces, trace])
     return {
         name: figure
         for instance, found in panels.items()
@@ -73,7 +75,7 @@ def error(run: Result, name: str, truth: str) -> tuple[str, list[str], FloatArra
 def _truths(run: Result, instance: str, plant: str) -> dict[str, str]:
     """Return the outputs of an instance of which the truth was recorded, with that."""
     found: dict[str, str] = {}
-    outputs = [name for name in _shown(run, instance) if name not in NO_TRUTH]
+    outputs = [name for name in _shown(run, instance) if name not in NO_TRUTH and not name.startswith(SIGMA)]
     for name in outputs:
         truth = f"{plant}.{name}"
         if BIAS in name:
@@ -81,6 +83,14 @@ def _truths(run: Result, instance: str, plant: str) -> dict[str, str]:
         if truth in run and run[truth].shape == run[f"{instance}.{name}"].shape and len(run):
             found[name] = truth
     return found
+
+
+def _bound(run: Result, instance: str, name: str, rows: FloatArray) -> FloatArray | None:
+    """Return three deviations of an estimate in the unit that its error is shown in, None where it tells none."""
+    sigma = f"{instance}.{SIGMA}{name}"
+    if sigma not in run or run[sigma].shape != rows.shape:
+        return None
+    return 3 * unit_of(sigma, run.units.get(sigma))[1] * run[sigma]
 
 
 def _bias(run: Result, instance: str, name: str) -> str:

@@ -22,11 +22,15 @@ COLOUR = {"x": 0, "y": 1, "z": 2, "w": 3, "": 0}
 
 @dataclass(frozen=True)
 class Trace:
-    """A variable of one run as it is drawn: rows of shape (n, number of components), in the panel's unit."""
+    """A variable of one run as it is drawn: rows of shape (n, number of components), in the panel's unit.
+
+    bound: of the same shape, drawn thin to either side of zero; the panel is as high as the rows want it.
+    """
 
     run: str
     time: FloatArray
     rows: FloatArray
+    bound: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -60,6 +64,10 @@ def _page(page: Sequence[Panel], runs: Sequence[str], title: str) -> Figure:
             _draw(ax, panel, trace, runs, exponent)
         ax.set_ylabel(style.label(panel.name, panel.unit, exponent))
         ax.margins(x=0.01)
+        low, high = ax.get_ylim()  # of the rows: bounds may begin far off
+        for trace in panel.traces:
+            _draw_bound(ax, panel, trace, exponent)
+        ax.set_ylim(low, high)
     names = list(dict.fromkeys(c for panel in page for c in panel.components if c))
     _explain(axes[0], names, runs)
     figure.align_ylabels(axes)
@@ -72,6 +80,14 @@ def _draw(ax: Axes, panel: Panel, trace: Trace, runs: Sequence[str], exponent: i
     for i, component in enumerate(panel.components[: trace.rows.shape[1]]):
         values = np.asarray(trace.rows[:, i], dtype=float) / 10.0**exponent
         ax.plot(trace.time, values, color=_colour(component), linestyle=_line(trace.run, runs), linewidth=1.2)
+
+
+def _draw_bound(ax: Axes, panel: Panel, trace: Trace, exponent: int) -> None:
+    if trace.bound is None:
+        return
+    for component, bound in zip(panel.components, trace.bound.T, strict=True):
+        sides = np.outer(np.asarray(bound, dtype=float) / 10.0**exponent, (-1, 1))
+        ax.plot(trace.time, sides, color=_colour(component), linestyle=":", linewidth=0.8)
 
 
 def _explain(ax: Axes, components: Iterable[str], runs: Sequence[str]) -> None:

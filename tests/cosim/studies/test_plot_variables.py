@@ -199,7 +199,7 @@ def sensed(**more) -> Result:
         **more,
     }
     units = {f"{owner}.omega_BN_B": "rad/s" for owner in ("plant", "gyro")}
-    units |= {"gyro.bias": "rad/s", "filter.bias": "rad/s"}
+    units |= {"gyro.bias": "rad/s", "filter.bias": "rad/s", "filter.sigma_q_BN": "rad", "filter.sigma_bias": "rad/s"}
     return wired(
         rows,
         units,
@@ -219,6 +219,18 @@ class TestEstimates:
         attitude, bias = (ax.lines[:3] for ax in drawn["estimate_filter"].axes)
         assert [line.get_ydata()[5] for line in attitude] == pytest.approx([0.3, 0, 0], abs=1e-12)
         assert [line.get_ydata()[5] for line in bias] == pytest.approx([1.0, 0, 0], abs=1e-9)
+
+    def test_deviations_are_drawn_three_times_to_either_side(self):
+        """In the error's unit and colour, and the panel is no higher for them: they may start far off."""
+        sigma = np.radians(np.tile([0.1, 0.2, 50.0], (len(T), 1)))
+        run = sensed(**{"filter.sigma_q_BN": sigma, "filter.sigma_bias": sigma / 3600})
+        axes = estimates.draw_estimates({"run": run})["estimate_filter"].axes
+        assert [ax.get_ylabel() for ax in axes] == ["q_BN (deg)", "bias (deg/h)"]
+        for ax in axes:
+            dotted = [line for line in ax.lines if line.get_linestyle() == ":"]
+            assert [line.get_ydata()[5] for line in dotted] == pytest.approx([-0.3, 0.3, -0.6, 0.6, -150, 150])
+            assert dotted[0].get_color() == dotted[1].get_color() == ax.lines[0].get_color() != dotted[2].get_color()
+            assert max(np.abs(ax.get_ylim())) < 2
 
     def test_an_observer_that_no_plant_feeds_is_left_out(self):
         run = sensed()
