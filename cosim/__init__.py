@@ -41,6 +41,9 @@ __all__ = [
 
 refuse_strangers()
 
+if TYPE_CHECKING:
+    __version__: str
+
 _HOMES = {
     "Connection": "cosim.system",
     "ErrorControlled": "cosim.masters.error_controlled",
@@ -58,6 +61,10 @@ _HOMES = {
 
 def __getattr__(name: str) -> Any:
     """Load a public name from its module."""
+    if name == "__version__":
+        from importlib.metadata import version  # pyproject.toml says which, and pip has noted it
+
+        return version("adcs-cosim")
     if name in _HOMES:
         return getattr(import_module(_HOMES[name]), name)
     raise AttributeError(f"module 'cosim' has no attribute {name!r}. It offers: {', '.join(__all__)}.")

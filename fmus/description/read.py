@@ -100,8 +100,13 @@ def _from_fmpy(description: Any, annotations: Annotations, root: Any) -> ModelDe
         source_files=_source_files(description),
         log_categories=tuple(c.name for c in description.logCategories),
         generation_tool=description.generationTool or "",
+        generation_date=description.generationDateAndTime or "",
         description=description.description or "",
         fmi_version=description.fmiVersion,
+        author=description.author or "",
+        version=description.version or "",
+        license=description.license or "",
+        copyright=description.copyright or "",
     )
 
 
