@@ -207,7 +207,7 @@ def _tell_wiring(system: "System", experiment: "Experiment", wiring: "Wiring", l
     from cosim.time import exact_seconds, in_words
 
     master = experiment.master or Explicit()
-    order = ", ".join(stepping_order(master.timed(wiring), master))
+    order = ", ".join(name for name in stepping_order(master.timed(wiring), master) if name not in wiring.feeds)
     step = in_words(exact_seconds(experiment.communication_step_size, "communication_step_size"))
     console.note(f"{system.name}: communication step {step}; let the FMUs step in this order where the tool lets you")
     console.note(f"choose: {order}. What is connected to what: {look}")
