@@ -124,7 +124,7 @@ class TestNearest:
         [("plnt.J=1", 'component "plnt" in parameter "plnt.J". Did you mean "plant"?'),
          ("plant.j=1", 'parameter "j" in component "plant". Did you mean "J"?'),
          ("*.Zeta=1", 'parameter "Zeta" in parameters of any component. Did you mean "zeta"'),
-         ("guidance.bias=1 degs", 'unit degs, which cannot be converted. Did you mean "deg"? Units: deg, rad')],
+         ("guidance.bias=1 degs", 'unit degs, which cannot be converted. Did you mean "deg"? Units: ')],
     )  # fmt: skip
     def test_parameter(self, adcs, option, meant):
         done = adcs("run", "zhang2018-ppatc", "--set", option)
