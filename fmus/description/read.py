@@ -85,7 +85,7 @@ def _from_fmpy(description: Any, annotations: Annotations, root: Any) -> ModelDe
         units={u.name: _unit(u) for u in description.unitDefinitions},
         default_experiment=_default_experiment(description.defaultExperiment),
         model_exchange=description.coSimulation is None,
-        states=description.numberOfContinuousStates,
+        states=description.numberOfContinuousStates if description.coSimulation is None else 0,
         event_indicators=description.numberOfEventIndicators,
         **_capabilities(description, root, annotations),
         only_once_per_process=own.canBeInstantiatedOnlyOncePerProcess,

@@ -50,7 +50,7 @@ _TOKEN = re.compile(
   | (?P<root>\bsqrt\()
   | (?P<symbol>(?P<name>[A-Za-z]\w*)(?P<primes>{_PRIMES})?(?P<late>(?<=')_\w+)?
       (?P<index>(?<=_\w),[a-z](?!\w))?(?P<last>(?<=,[a-z]){_PRIMES})?
-      (?P<tilde>~)?(?P<hat>\^(?=[\s),;\]]|$))?(?P<star>\*(?=[\s).,;:\]|^]|$))?)
+      (?P<halved>(?<=_1)/2(?!\w))?(?P<tilde>~)?(?P<hat>\^(?=[\s),;\]]|$))?(?P<star>\*(?=[\s).,;:\]|^]|$))?)
   | (?P<power>(?<=[\w)\]|*'])\^
       (?P<exponent>\([^()]*\) | 1/\d(?!\w) | [+-]?\d+(?:\.\d+)? | [+-]?[A-Za-z]\w* | [+-](?!\w)))
   | (?P<part>(?<=[)\]|])_(?P<inner>\w+))
@@ -137,6 +137,7 @@ def _symbol(match: re.Match[str], known: frozenset[str], prose: bool, bare: bool
     marks.append(DOTS[len(primes)])
     shown = unicodedata.normalize("NFC", GREEK.get(letter, letter) + "".join(marks))
     index = (match["index"] or "").lstrip(",")
+    parts[-1:] = [part + (match["halved"] or "") for part in parts[-1:]]  # A_1/2
     below = [digits] * bool(digits) + parts + [p for p in (match["late"] or "").split("_") if p] + [index] * bool(index)
     above = "*" if match["star"] else ""
     if bare and not above and len(below) > 1 and re.fullmatch("[A-Z]{2}", below[0]) and re.fullmatch("[A-Z]", below[1]):
