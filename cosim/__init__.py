@@ -42,6 +42,9 @@ __all__ = [
 
 refuse_strangers()
 
+if TYPE_CHECKING:
+    __version__: str
+
 _HOMES = {
     "At": "cosim.system",
     "Connection": "cosim.system",
@@ -60,6 +63,10 @@ _HOMES = {
 
 def __getattr__(name: str) -> Any:
     """Load a public name from its module."""
+    if name == "__version__":
+        from importlib.metadata import version  # pyproject.toml says which, and pip has noted it
+
+        return version("adcs-cosim")
     if name in _HOMES:
         return getattr(import_module(_HOMES[name]), name)
     raise AttributeError(f"module 'cosim' has no attribute {name!r}. It offers: {', '.join(__all__)}.")

@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fmus import places
+from fmus.description.names import did_you_mean
 from fmus.errors import BuildError, CompileFailed, NoCompiler
 
 HOST, ALL = "host", "all"
@@ -46,7 +47,8 @@ def resolve_platforms(platforms: Sequence[str]) -> list[str]:
     named: list[str] = []
     for name in platforms:
         if name != ALL and name != HOST and name not in SUFFIXES:
-            raise BuildError(f"unknown platform {name!r}. Platforms: {HOST}, {ALL}, {', '.join(SUFFIXES)}.")
+            known = [HOST, ALL, *SUFFIXES]
+            raise BuildError(f'unknown platform "{name}".{did_you_mean(name, known)} Platforms: {", ".join(known)}.')
         named += SUFFIXES if name == ALL else [name]
     return [p for p in dict.fromkeys(named) if p != HOST or host_platform() not in named]
 

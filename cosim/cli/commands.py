@@ -5,16 +5,17 @@ A command imports what it needs: what flies and draws takes longer to import tha
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cosim.cli import console, exporting, plotting, verifying
+from cosim.cli import building, completion, console, exporting, plotting, verifying
 from cosim.cli import events as happening
 from cosim.cli import inputs as feeding
 from cosim.cli.options import (
     Backend,
     Extrapolation,
+    Flown,
     Force,
     Inputs,
     Master,
@@ -24,12 +25,12 @@ from cosim.cli.options import (
     Step,
     Stop,
     Use,
+    Version,
     reported,
     times,
 )
 from cosim.errors import ResultUnwritable, SimulationError
 from cosim.results.names import FORMATS
-from fmus.toolchain import SUFFIXES as PLATFORMS
 
 if TYPE_CHECKING:
     from cosim.cli.library import Library
@@ -42,61 +43,34 @@ First steps: adcs list, then adcs run zhang2018-ppatc --plot.
 FMUs that are built, and the compiled kernel, are kept in $ADCS_BUILD, else in the user's cache folder (on Linux
 ~/.cache/adcs-cosim)."""
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=HELP)
+app = typer.Typer(
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help=HELP,
+)
+
+
+@app.callback()
+def adcs(version: Version = False) -> None:
+    """Everything before a command's name."""
 
 
 @app.command("list")
 def list_() -> None:
     """List components, systems and papers, a line each."""
     from cosim.studies import papers
-    from fmus.export import build as building
+    from fmus.export.build import component_docs
 
     with reported():
-        console.write_listing("components (adcs build NAME)", building.component_docs())
+        console.write_listing("components (adcs build NAME)", component_docs())
         console.write_listing("systems (adcs run NAME)", papers.describe())
         console.write_listing(
             "papers (adcs reproduce NAME)", {key: paper.title for key, paper in papers.PAPERS.items()}
         )
 
 
-@app.command()
-def build(
-    names: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="[NAME]...", help="NAME, FILE.py:Class, NAME:modes=6 or a SYSTEM; all NAMEs if none."),
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="Folder for the FMUs. Default: for a SYSTEM one of its name.")
-    ] = None,
-    backend: Annotated[
-        Literal["native", "python", "all"], typer.Option(help="C, Python that can be edited, or both.")
-    ] = "native",
-    platform: Annotated[
-        str, typer.Option(help=f"Of native FMUs: host, {', '.join(PLATFORMS)} or all; several with commas.")
-    ] = "host",
-) -> None:
-    """Build FMUs that are missing or out of date, and print their paths.
-
-    A SYSTEM gives one FMU per instance, with the system's parameters as start values.
-    """
-    from fmus.export import build as building
-
-    with reported():
-        backends = building.BACKENDS if backend == "all" else (backend,)
-        platforms = tuple(PLATFORMS) if platform == "all" else tuple(platform.split(","))
-        for name in names or building.CATALOG:
-            if building.is_component(name):
-                places = [out / b if out is not None and len(backends) > 1 else out for b in backends]
-                paths = [
-                    building.build_reference(name, b, platforms, place, announce=console.note)
-                    for b, place in zip(backends, places, strict=True)
-                ]
-            else:
-                from cosim.cli import instances
-
-                paths = instances.build_system(name, backends, platforms, out, console.note)
-            for path in paths:
-                typer.echo(path)
+app.command("build")(building.build_)
 
 
 @app.command("show")
@@ -104,7 +78,10 @@ def show_(
     name: Annotated[
         str,
         typer.Argument(
-            metavar="NAME", help="SYSTEM, FILE.py[:function], FILE.ssp, FILE.fmu, a component, or a result folder."
+            metavar="NAME",
+            autocompletion=completion.everything,
+            help="SYSTEM, a component (NAME or FILE.py:Class), FILE.py[:function], FILE.ssp, FILE.fmu, or a result "
+            "folder.",
         ),
     ],
     stop: Stop = None,
@@ -114,24 +91,31 @@ def show_(
     inputs: Inputs = None,
     extrapolation: Extrapolation = None,
 ) -> None:
-    """Show how a system is wired and evaluated, the description of one FMU, or what a run has left in a folder.
+    """Show a system's wiring, a component's equations and variables, an FMU's interface, or what a run has left.
 
     A folder that has the name of a system is meant by ./NAME.
     """
-    from cosim.cli import flown, overrides, scenario, show
+    from cosim.cli import component_page, flown, instances, overrides, scenario, show
     from cosim.cli.library import Library
     from cosim.studies import papers
     from cosim.system.reference import is_fmu
-    from fmus.export import build as building
+    from fmus.export.build import is_component
 
     with reported():
         locate = Library(backend, console.note)
-        if is_fmu(name) or building.is_component(name):
+        if is_fmu(name):
             show.write_fmu(locate(name))
+        elif is_component(name):
+            component_page.write_component(name)
         elif flown.is_result(Path(name)) and name not in papers.describe():
             flown.write_result(Path(name))
         else:
-            system, experiment = scenario.load(name, *times(stop, step))
+            try:
+                with instances.components_too():
+                    system, experiment = scenario.load(name, *times(stop, step))
+            except scenario.NoScenario:  # a file with a component alone
+                component_page.write_component(name)
+                return
             experiment = overrides.with_experiment(
                 experiment, step, stop, master=master, inputs=inputs, extrapolation=extrapolation
             )
@@ -140,7 +124,7 @@ def show_(
 
 @app.command()
 def run(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="SYSTEM, FILE.py[:function], FILE.ssp or FILE.fmu.")],
+    name: Flown,
     changes: happening.Changes = None,
     use: Use = None,
     set_: Set = None,
@@ -267,7 +251,10 @@ app.command("export")(exporting.export_)
 
 @app.command("reproduce")
 def reproduce_(
-    names: Annotated[list[str] | None, typer.Argument(metavar="[PAPER]...", help="Papers; all if none.")] = None,
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[PAPER]...", autocompletion=completion.paper_keys, help="Papers; all if none."),
+    ] = None,
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for runs, table and figures.")] = Path(
         "results/reproduce"
     ),

@@ -34,6 +34,11 @@ _out = Console(soft_wrap=True, highlight=False, width=None if sys.stdout.isatty(
 _err = Console(stderr=True, soft_wrap=True, highlight=False)
 
 
+def width() -> int:
+    """Return how many characters a line of standard output has."""
+    return _out.width
+
+
 def note(line: str) -> None:
     """One line of what is going on."""
     _err.print(line, style="dim", markup=False)
@@ -70,10 +75,18 @@ def progress(title: str) -> Generator[Callable[[float, float], None]]:
 
 def write_swap(report: "SwapReport") -> None:
     """What replacing the FMU of an instance kept, dropped and added."""
-    _out.print(f"{report.instance} = {report.reference}", markup=False)
+    write("\n".join(_swap_lines(report)))
+
+
+def note_swap(report: "SwapReport") -> None:
+    """The same to standard error, for a command whose output is paths."""
+    note("\n".join(_swap_lines(report)))
+
+
+def _swap_lines(report: "SwapReport") -> Generator[str]:
+    yield f"{report.instance} = {report.reference}"
     for word, entries in (("kept", report.kept), ("dropped", report.dropped), ("added", report.added)):
-        for entry in entries:
-            _out.print(f"  {word:8}{entry}", markup=False)
+        yield from (f"  {word:8}{entry}" for entry in entries)
 
 
 def write_summary(result: "Result") -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from cosim.errors import FmuError
 from cosim.ssp.package import path_of
 from cosim.system.reference import Reference, is_fmu, reference_of
+from fmus.description.names import did_you_mean_file
 from fmus.errors import NoCompiler
 from fmus.export.build import build_reference
 
@@ -41,7 +42,7 @@ class Library:
         if is_fmu(reference):
             path = path_of(reference)
             if not path.is_file():
-                raise FmuError(path, "there is no such file")
+                raise FmuError(path, f"there is no such file.{did_you_mean_file(path)}".removesuffix("."))
             return path
         try:
             return self._build(reference)

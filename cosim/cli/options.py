@@ -6,11 +6,31 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from cosim.cli import console
+from cosim.cli import completion, console
 from cosim.errors import SimulationError
 from cosim.time import Seconds, parse_seconds
 from fmus.errors import BuildError
 
+
+def _write_version(asked: bool) -> None:
+    if asked:
+        import cosim
+
+        typer.echo(f"adcs-cosim {cosim.__version__}")
+        raise typer.Exit
+
+
+Version = Annotated[
+    bool, typer.Option("--version", callback=_write_version, is_eager=True, help="Print the version and exit.")
+]
+Flown = Annotated[
+    str,
+    typer.Argument(
+        metavar="NAME",
+        autocompletion=completion.systems,
+        help="SYSTEM, FILE.py[:function], 'FILE.py:function(kp=5)', FILE.ssp or FILE.fmu.",
+    ),
+]
 Backend = Annotated[
     Literal["native", "python"],
     typer.Option(help="Back end of the FMUs that are built: C, or Python that can be edited."),
@@ -29,7 +49,11 @@ MasterTolerance = Annotated[
 ]
 Use = Annotated[
     list[str] | None,
-    typer.Option(metavar="INSTANCE=FMU", help="Another FMU for an instance: NAME, FILE.py:Class or FILE.fmu."),
+    typer.Option(
+        metavar="INSTANCE=FMU",
+        autocompletion=completion.swaps,
+        help="Another FMU for an instance: NAME, FILE.py:Class or FILE.fmu.",
+    ),
 ]
 Set = Annotated[
     list[str] | None,

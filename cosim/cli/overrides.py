@@ -21,10 +21,15 @@ DEEPEST = 32
 TOO_DEEP = "it is nested too deep for an array of numbers"
 
 
-def parameter_file(path: Path) -> dict[str, Any]:
-    """Read a TOML file: a table per instance ("*" for all), numbers, arrays, or texts with a unit ("0.005 deg")."""
+def parameter_file(path: Path, alone: str = "") -> dict[str, Any]:
+    """Read a TOML file: a table per instance ("*" for all), numbers, arrays, or texts with a unit ("0.005 deg").
+
+    alone: the only instance that there is; its values need no table.
+    """
     try:
         tables = tomllib.loads(path.read_text(encoding="utf-8"))
+        if alone and isinstance(tables.get(alone, {}), Mapping):
+            tables = {alone: _flat(tables | dict(tables.pop(alone, {})))}
     except FileNotFoundError as error:
         raise ParameterError(f"file {path}", "there is no such file") from error
     except OSError as error:
@@ -44,6 +49,15 @@ def parameter_file(path: Path) -> dict[str, Any]:
     return values
 
 
+def _flat(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values of tables within tables by their dotted names, as solver.step."""
+    found: dict[str, Any] = {}
+    for name, value in tables.items():
+        inner = _flat(value) if isinstance(value, Mapping) else None
+        found |= {name: value} if inner is None else {f"{name}.{below}": v for below, v in inner.items()}
+    return found
+
+
 def _depth(value: Any) -> int:
     """Return how many lists lie in one another, up to one more than `DEEPEST`."""
     depth, inside = 0, [value]
@@ -52,11 +66,18 @@ def _depth(value: Any) -> int:
     return depth
 
 
-def assignments(texts: Iterable[str]) -> dict[str, Any]:
-    """Read NAME=VALUE texts: plant.J=[[..]], plant.J[1,1]=500, *.J=..., controller.rho_inf=0.005 deg."""
+def assignments(texts: Iterable[str], alone: str = "") -> dict[str, Any]:
+    """Read NAME=VALUE texts: plant.J=[[..]], plant.J[1,1]=500, *.J=..., controller.rho_inf=0.005 deg.
+
+    alone: the only instance that there is, whose name may be left out.
+    """
     values: dict[str, Any] = {}
     for text in texts:
         name, equals, value = text.partition("=")
+        if alone and equals and not name.strip().startswith((f"{alone}.", "*.")):
+            name = f"{alone}.{name.strip()}"
+        if alone and not equals:
+            raise ParameterError(text, "it is not NAME=VALUE, as in J[1,1]=500 or rho_inf='0.005 deg'")
         if not equals or "." not in name:
             raise ParameterError(
                 text, "it is not INSTANCE.NAME=VALUE, as in plant.J[1,1]=500 or controller.rho_inf='0.005 deg'"
@@ -80,8 +101,14 @@ def parse_degrees(text: str, name: str) -> float:
     return factor * number
 
 
-def with_swaps(system: System, uses: Sequence[str], locate: Callable[[str], Path]) -> tuple[System, list[SwapReport]]:
-    """Return the system with the FMUs of `INSTANCE=REFERENCE` texts in place of its own, and what each swap did."""
+Describe = Callable[[Any], ModelDescription]
+
+
+def with_swaps(system: System, uses: Sequence[str], describe: Describe) -> tuple[System, list[SwapReport]]:
+    """Return the system with the FMUs of `INSTANCE=REFERENCE` texts in place of its own, and what each swap did.
+
+    describe: reference of an FMU -> what it says.
+    """
     reports: list[SwapReport] = []
     for text in uses:
         instance, equals, reference = text.partition("=")
@@ -89,10 +116,8 @@ def with_swaps(system: System, uses: Sequence[str], locate: Callable[[str], Path
             raise ParameterError(text, "it is not INSTANCE=FMU, as in controller=AdaptiveTracking")
         if instance not in system.components:
             raise UnknownName("component", instance, f'system "{system.name}"', list(system.components))
-        references = {**system.components, instance: reference}
-        descriptions: dict[str, ModelDescription] = {
-            name: read_description(locate(r)) for name, r in references.items()
-        }
+        references = {instance: reference} | system.components | {instance: reference}  # a wrong name is told first
+        descriptions = {name: describe(r) for name, r in references.items()}
         system, report = replace(system, instance, reference, descriptions)
         reports.append(report)
     return system, reports
@@ -105,12 +130,14 @@ def with_changes(
     values: Sequence[str],
     locate: Callable[[str], Path],
     tell: Callable[[SwapReport], None],
+    describe: Describe | None = None,
 ) -> tuple[System, list[SwapReport]]:
     """Return the system with other FMUs, then parameters of files, then single ones, and what each swap did.
 
-    `tell` is given each report before parameters can be refused.
+    `tell` is given each report before parameters can be refused. describe: reference -> what the FMU says; None: what
+    the one that `locate` finds says.
     """
-    system, reports = with_swaps(system, swaps, locate)
+    system, reports = with_swaps(system, swaps, describe or (lambda reference: read_description(locate(reference))))
     for report in reports:
         tell(report)
     for file in files:

@@ -1,67 +1,57 @@
 """Systems by name: a paper's experiment, or a function of a user's own file."""
 
 import importlib.util
-import inspect
 import os
 import re
 import sys
 import traceback
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
-from cosim.errors import SimulationError, UnknownName
+from cosim.cli import functions
+from cosim.cli.functions import NoScenario, ScenarioError
 from cosim.ssp.package import is_package
 from cosim.studies import papers
 from cosim.system import Experiment, System
 from cosim.system.reference import Reference, is_fmu
 from cosim.time import Seconds
+from fmus.description.names import did_you_mean_file
 from fmus.description.read import read_description
+from fmus.export.build import is_component
+
+__all__ = ["NoScenario", "Scenario", "ScenarioError", "load"]
 
 Scenario = tuple[System, Experiment]
-
-
-class ScenarioError(SimulationError):
-    """A file that gives no system; the text says why and what is expected."""
-
-
-class NoScenario(ScenarioError):
-    """A file without any function that could give a system."""
 
 
 def load(name: str | Path, stop: Seconds | None = None, step: Seconds | None = None) -> Scenario:
     """Return the system and experiment of NAME, FILE.py[:function], FILE.ssp or FILE.fmu, which flies alone.
 
-    The function takes no arguments and returns (System, Experiment); it need not be named if it is the only such
-    function or is called `system`. FMU references of the file (FILE.py:Class, FILE.fmu) are relative to the file's
-    folder. `stop`: the stop time of an FMU alone or of a package, s, instead of its own; `step`: the step of a package.
+    The function returns (System, Experiment); it need not be named if it is the only one that needs no argument or is
+    called `system`. It is given values as FILE.py:function(kp=5), Python's literals. FMU references of the file
+    (FILE.py:Class, FILE.fmu) are relative to the file's folder. `stop`: the stop time of an FMU alone or of a package,
+    s, instead of its own; `step`: the step of a package.
     """
     reference = os.path.expanduser(name)
-    file, _, function = reference.partition(".py:") if ".py:" in reference else (reference, "", "")
     if is_fmu(reference):
         return _alone(Path(reference), stop)
     if is_package(reference):
         return _package(Path(reference), stop, step)
-    if not function and not reference.endswith(".py"):
+    if is_component(reference):
+        advice = f"Look at it with adcs show {reference}, put it into one with --use INSTANCE={reference}."
+        raise ScenarioError(f"{reference} is a component, needed is a system. {advice}")
+    head, separator, called = reference.partition(".py:")
+    if not separator and not reference.endswith(".py"):
         return papers.scenario(reference)
-    path = Path(f"{file}.py" if function else file)
+    path = Path(f"{head}.py" if separator else reference)
     if not os.path.isfile(path):
-        raise ScenarioError(f"there is no file {path}.")
-    found = _functions(_module(path))
-    if not function:
-        function = "system" if "system" in found else next(iter(found)) if len(found) == 1 else ""
-        if not found:
-            raise NoScenario(f"{path} has no function without arguments that returns (System, Experiment).")
-        if not function:
-            there = ", ".join(found)
-            raise ScenarioError(
-                f"{path}: say which function, as {path}:FUNCTION. Functions without arguments in it: {there}."
-            )
-    if function not in found:
-        raise UnknownName("function", function, str(path), list(found))
+        raise ScenarioError(f"there is no file {path}.{did_you_mean_file(path)}")
+    call = functions.parse(called, path)
+    function, make = functions.find(_module(path), path, call)
+    arguments = functions.bound(function, make, call, path)
     try:
-        made = found[function]()
+        made = make(*arguments.args, **arguments.kwargs)
     except Exception as error:
         raise ScenarioError(f"{path}:{function} fails: {_told(error, path)}") from error
     if not (
@@ -70,7 +60,8 @@ def load(name: str | Path, stop: Seconds | None = None, step: Seconds | None = N
         raise ScenarioError(f"{path}:{function} returns {type(made).__name__}, needed is (System, Experiment).")
     system, experiment = made
     components = {instance: _beside(path.parent, r) for instance, r in system.components.items()}
-    return replace(system, components=components), experiment
+    source = {"function": f"{path}:{function}", "arguments": dict(arguments.arguments)}
+    return replace(system, components=components, source=source), experiment
 
 
 def _alone(path: Path, stop: Seconds | None) -> Scenario:
@@ -126,16 +117,6 @@ def _told(error: Exception, file: Path) -> str:
         if path.is_relative_to(folder):
             place = f" ({path.relative_to(folder).as_posix()}, line {frame.lineno})"
     return f"{type(error).__name__}: {error}{place if not isinstance(error, SyntaxError) else ''}"
-
-
-def _functions(module: ModuleType) -> dict[str, Callable[[], object]]:
-    """Return the functions that the file itself defines and that need no argument."""
-    found: dict[str, Callable[[], object]] = {}
-    for name, function in inspect.getmembers(module, inspect.isfunction):
-        needed = [p for p in inspect.signature(function).parameters.values() if p.default is p.empty]
-        if function.__module__ == module.__name__ and not needed and not name.startswith("_"):
-            found[name] = function
-    return found
 
 
 def _beside(folder: Path, reference: Reference) -> Reference:

@@ -36,7 +36,7 @@ def write_system(system: System, experiment: Experiment, locate: Locate) -> None
     step = exact_seconds(experiment.communication_step_size, "communication_step_size")
     times = f"{written(stop)} in steps of {written(step)}"
     console.write(f"{system.name}: {times}, master {_master(master)}\n")
-    order = [name for name in _order(wiring, master) if name not in wiring.feeds]
+    order = [name for name in stepping_order(wiring, master) if name not in wiring.feeds]
     head = ("order", "instance", "FMU", "parameters and initial states that are set")
     console.write_table(head, _instances(order, system, wiring), whole=(0, 1, 2))
     console.write("")
@@ -60,7 +60,7 @@ def write_system(system: System, experiment: Experiment, locate: Locate) -> None
     console.write("\n".join(lines))
 
 
-def _order(wiring: Wiring, master: MasterSettings) -> Sequence[str]:
+def stepping_order(wiring: Wiring, master: MasterSettings) -> Sequence[str]:
     """Return the instances in the order in which they step; repeated ones in that of each repetition."""
     if isinstance(master, Explicit):
         return graph.stepping_order(wiring)
@@ -84,7 +84,15 @@ def _loops(wiring: Wiring, master: MasterSettings) -> list[tuple[Sequence[str], 
 def write_fmu(path: Path) -> None:
     """Print the description of an FMU."""
     fmu = read_description(path)
-    console.write(f"{fmu.model_name}: {fmu.description}\nmade by {fmu.generation_tool}, GUID {fmu.guid}\n")
+    date = f" on {fmu.generation_date}" if fmu.generation_date else ""
+    made = [f"{fmu.model_name}: {fmu.description}", f"made by {fmu.generation_tool}{date}, GUID {fmu.guid}"]
+    origin = {"author": fmu.author, "version": fmu.version, "license": fmu.license, "copyright": fmu.copyright}
+    proposed = dataclasses.asdict(fmu.default_experiment).items()
+    lines = [
+        ", ".join(f"{name}: {text}" for name, text in origin.items() if text),
+        ", ".join(f"{name.replace('_', ' ')} {value:g}" for name, value in proposed if value is not None),
+    ]
+    console.write("\n".join([*made, *filter(None, lines), ""]))
     rows: list[tuple[str, ...]] = []
     for base, group in fmu.groups.items():
         first = fmu.variables[group.elements[0]]

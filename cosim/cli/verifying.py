@@ -9,6 +9,7 @@ from cosim.cli import console
 from cosim.cli.options import (
     Backend,
     Extrapolation,
+    Flown,
     Force,
     Inputs,
     Master,
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 
 def verify_(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="SYSTEM, FILE.py[:function], FILE.ssp or FILE.fmu.")],
+    name: Flown,
     use: Use = None,
     set_: Set = None,
     params: Params = None,

@@ -41,6 +41,7 @@ def setup(
     last = schedule.stop - schedule.count(schedule.steps - 1)
     return {
         "system": system.name,
+        "source": _plain(system.source),
         "versions": versions(),
         "platform": {"system": sys.platform, "machine": platform.machine()},
         "components": {
@@ -166,6 +167,8 @@ def _plain(value: Any) -> Any:
         return [_plain(v) for v in value]
     if (isinstance(value, float) and value != value) or value in (float("inf"), float("-inf")):
         return str(value)
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items()}
     return value if isinstance(value, str | int | float | bool | None) else str(value)
 
 

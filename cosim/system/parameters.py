@@ -13,7 +13,7 @@ from cosim.system.wiring import Port
 from fmus.description import units
 from fmus.description.arrays import range_of
 from fmus.description.description import ModelDescription, Scalar, ScalarVariable
-from fmus.description.names import Group, nearest, split_element, split_port
+from fmus.description.names import Group, did_you_mean, split_element, split_port
 
 WORDS = ("String", "Enumeration", "Boolean")
 """Types whose values may be words: of a text, what was written counts."""
@@ -164,7 +164,9 @@ class Parameters:
         if found is None:
             known = ", ".join(units.names_like(variable.unit, tables)) or "none"
             target = f"unit {variable.unit}" if variable.unit is not None else "no unit"
-            raise ValueError(f"it has {target}, the value has unit {unit}, which cannot be converted. Units: {known}")
+            meant = did_you_mean(unit, units.names_like(variable.unit, tables))
+            text = f"it has {target}, the value has unit {unit}, which cannot be converted.{meant} Units: {known}"
+            raise ValueError(text)
         return found
 
 
@@ -225,10 +227,8 @@ def _item(variable: ScalarVariable, value: Any) -> int:
         return items[value]
     number = value if isinstance(value, int) else int(value) if re.fullmatch(r"[-+]?\d+", str(value)) else None
     if number is None or isinstance(value, bool) or (items and number not in items.values()):
-        near = nearest(str(value), items)
-        hint = f". Did you mean {' or '.join(near)}?" if near else ""
         there = ", ".join(f"{literal} ({n})" for literal, n in items.items()) or "any whole number"
-        raise ValueError(f"it has no item {value!r}{hint or '.'} There: {there}")
+        raise ValueError(f"it has no item {value!r}.{did_you_mean(str(value), items)} There: {there}")
     return number
 
 

@@ -59,7 +59,7 @@ class System:
     that has a parameter of that name; entries of `parameters` win. `held`: input -> value for inputs without a
     connection; with `hold_unconnected` every other one is held at its FMU's start value. `inputs`: input -> `Signal`
     that feeds it, element for element; it wins over `held`. `steps`: instance -> n, it steps every n-th communication
-    step.
+    step. `source`: what it was loaded from, for run.json.
     """
 
     name: str
@@ -71,6 +71,7 @@ class System:
     inputs: dict[str, Any] = field(default_factory=dict)
     steps: dict[str, int] = field(default_factory=dict)
     hold_unconnected: bool = False
+    source: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
         """Copy what the caller could change later, make arrays plain, so that equal systems compare equal."""

@@ -78,6 +78,7 @@ class ModelDescription:
     said. refresh, sampled, step_means, rates_act, role, shared: see annotations.py. sizes: structural parameter of FMI
     3.0 -> the arrays that take a dimension from it. unserved: variables of types that are not exchanged, with the type.
     model_exchange: whether the FMU gives only derivatives, of `states` with `event_indicators`, and is integrated here.
+    generation_date: as FMI writes it, "2026-11-26T10:00:00Z".
     """
 
     model_name: str
@@ -107,6 +108,7 @@ class ModelDescription:
     source_files: tuple[str, ...] = ()
     log_categories: tuple[str, ...] = ()
     generation_tool: str = ""
+    generation_date: str = ""
     description: str = ""
     fmi_version: str = "2.0"
     model_exchange: bool = False
@@ -114,6 +116,10 @@ class ModelDescription:
     event_indicators: int = 0
     sizes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     unserved: Mapping[str, str] = field(default_factory=dict)
+    author: str = ""
+    version: str = ""
+    license: str = ""
+    copyright: str = ""
 
     def __repr__(self) -> str:
         """Name, GUID, how many variables of each causality."""

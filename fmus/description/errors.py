@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fmus.description.names import nearest
+from fmus.description.names import did_you_mean
 
 
 class SimulationError(Exception):
@@ -26,8 +26,7 @@ class UnknownName(SimulationError):
 
     def __str__(self) -> str:
         """Name, place, the nearest names, what there is."""
-        close = nearest(self.name, self.available)
-        meant = f" Did you mean {' or '.join(repr_name(n) for n in close)}?" if close else ""
+        meant = did_you_mean(self.name, self.available)
         listed = ", ".join(self.available) if self.available else "nothing"
         return f'unknown {self.kind} "{self.name}" in {self.where}.{meant} There: {listed}.'
 
@@ -42,8 +41,3 @@ class FmuError(SimulationError):
     def __str__(self) -> str:
         """File and problem."""
         return f"{self.path}: {self.problem}"
-
-
-def repr_name(name: str) -> str:
-    """Return a name in the quotes that messages use."""
-    return f'"{name}"'

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 _NUMBER = r"\s*\d{1,18}\s*"
@@ -77,6 +78,12 @@ def group(names: Iterable[str]) -> Mapping[str, Group]:
     return groups
 
 
+def identifier(name: str) -> str:
+    """Return a name as an identifier of C: what cannot be in one is an underscore."""
+    plain = re.sub(r"\W", "_", name, flags=re.ASCII)
+    return plain if plain[:1].isalpha() or plain[:1] == "_" else f"_{plain}"
+
+
 def nearest(name: str, available: Iterable[str]) -> list[str]:
     """Return up to three names of `available` that look like `name`, letter case ignored."""
     folded: dict[str, list[str]] = {}
@@ -84,6 +91,21 @@ def nearest(name: str, available: Iterable[str]) -> list[str]:
         folded.setdefault(known.lower(), []).append(known)
     matches = difflib.get_close_matches(name.lower(), folded, n=3, cutoff=0.6)
     return [known for match in matches for known in folded[match]][:3]
+
+
+def did_you_mean(name: str, available: Iterable[str]) -> str:
+    """Return ' Did you mean "x"?' with the nearest names of the right kind, "" where none looks like it."""
+    near = " or ".join(f'"{known}"' for known in nearest(name, available))
+    return f" Did you mean {near}?" if near else ""
+
+
+def did_you_mean_file(path: Path) -> str:
+    """Return ' Did you mean "x"?' with the nearest names of files of this kind in the file's folder."""
+    try:
+        there = [other.name for other in path.parent.iterdir() if other.suffix == path.suffix]
+    except OSError:
+        return ""
+    return did_you_mean(path.name, there)
 
 
 def split_port(name: str) -> tuple[str, str]:

@@ -85,7 +85,7 @@ def _from_fmpy(description: Any, annotations: Annotations, root: Any) -> ModelDe
         units={u.name: _unit(u) for u in description.unitDefinitions},
         default_experiment=_default_experiment(description.defaultExperiment),
         model_exchange=description.coSimulation is None,
-        states=description.numberOfContinuousStates,
+        states=description.numberOfContinuousStates if description.coSimulation is None else 0,
         event_indicators=description.numberOfEventIndicators,
         **_capabilities(description, root, annotations),
         only_once_per_process=own.canBeInstantiatedOnlyOncePerProcess,
@@ -100,8 +100,13 @@ def _from_fmpy(description: Any, annotations: Annotations, root: Any) -> ModelDe
         source_files=_source_files(description),
         log_categories=tuple(c.name for c in description.logCategories),
         generation_tool=description.generationTool or "",
+        generation_date=description.generationDateAndTime or "",
         description=description.description or "",
         fmi_version=description.fmiVersion,
+        author=description.author or "",
+        version=description.version or "",
+        license=description.license or "",
+        copyright=description.copyright or "",
     )
 
 

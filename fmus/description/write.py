@@ -27,6 +27,9 @@ def write(description: ModelDescription) -> bytes:
         generationTool=description.generation_tool,
         variableNamingConvention="structured",
     )
+    for name, text in _origin(description).items():
+        if text:
+            root.set(name, text)
     _co_simulation(root, description)
     _units(root, description.units)
     types = _types(root, description)
@@ -42,6 +45,16 @@ def write(description: ModelDescription) -> bytes:
         _variable(variables, variable, index, types)
     _structure(root, description, index)
     return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
+
+
+def _origin(description: ModelDescription) -> dict[str, str]:
+    return {
+        "author": description.author,
+        "version": description.version,
+        "copyright": description.copyright,
+        "license": description.license,
+        "generationDateAndTime": description.generation_date,
+    }
 
 
 def _flag(value: bool) -> str:

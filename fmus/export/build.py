@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from components.catalog import CATALOG, MODULES
 from fmus import places
+from fmus.description.description import DefaultExperiment
 from fmus.errors import BuildError, PlaceUnusable
 from fmus.export import references
 from fmus.export.keys import key_of, with_reads
@@ -35,13 +36,19 @@ TELL_EVERY = 5.0  # s
 
 
 def build(
-    component: "Component", path: Path | str, backend: str = "native", platforms: Sequence[str] = ("host",)
+    component: "Component",
+    path: Path | str,
+    backend: str = "native",
+    platforms: Sequence[str] = ("host",),
+    experiment: DefaultExperiment | None = None,
 ) -> Path:
     """Write an FMU of a component, from whatever folder its class lives in, and return its path.
 
-    backend: "native" (C, no Python on the target) or "python" (carries the source, editable). Raises BuildError.
+    backend: "native" (C, no Python on the target) or "python" (carries the source, editable). experiment: what the FMU
+    says that it is flown with. Raises BuildError.
     """
     from fmus.export.blame import blamed
+    from fmus.export.describe import PROPOSED
     from fmus.export.native.native_fmu import build_native
     from fmus.export.python.python_fmu import build_python
 
@@ -51,8 +58,8 @@ def build(
     file = users_file(type(component))
     with blamed(file and file.parent):
         if backend == "python":
-            return build_python(component, Path(path))
-        return build_native(component, Path(path), platforms=platforms)
+            return build_python(component, Path(path), experiment=experiment or PROPOSED)
+        return build_native(component, Path(path), platforms=platforms, experiment=experiment or PROPOSED)
 
 
 # ---- what is kept ----------------------------------------------------------------------------------------------
@@ -115,12 +122,14 @@ def build_reference(
     values: Mapping[str, Any] | None = None,
     name: str | None = None,
     announce: Callable[[str], None] | None = None,
+    experiment: DefaultExperiment | None = None,
 ) -> Path:
     """Return the FMU of a reference or class, built only if it is missing or out of date. Threads may share it.
 
     folder: where to put it instead of the cache; there it is always built, and nothing is kept beside it.
     values: start values to build in, by variable name. name: the FMU's name (default: the component's, with its
     structure). A Python-only component takes the python back end. announce is told what will be built, before it is.
+    experiment: what an FMU in such a folder says that it is flown with.
     """
     if backend not in BACKENDS:
         raise BuildError(f"unknown back end {backend!r}. Back ends: {', '.join(BACKENDS)}.")
@@ -130,7 +139,7 @@ def build_reference(
         component, order, _ = _component(order)
         target = folder / f"{order.name}.fmu"
         with _time_told(order, announce):
-            return build(component, target, order.backend, platforms)
+            return build(component, target, order.backend, platforms, experiment)
     with _building.setdefault(order.path, threading.Lock()):
         kept = _kept(order)
         return kept if kept is not None else _build_and_keep(order, announce)

@@ -15,18 +15,28 @@ from components.framework import Component, PythonComponent, Variable
 from components.framework.units import UNITS, rate_unit
 from fmus.description.annotations import TOOL
 from fmus.description.description import DefaultExperiment, ModelDescription, ScalarVariable
+from fmus.description.names import identifier
 from fmus.description.units import EXPONENTS, BaseUnit, Conversion, Unit
 from fmus.export.regions import Regions, regions_of
 
 LOG_CATEGORIES = ("logAll", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal")
+PROPOSED = DefaultExperiment(start=0.0, stop=10.0, step_size=1e-3)
+"""What a component is flown with that belongs to no system."""
 Rows = Sequence[dict[str, list[int]]]  # for each scalar: region -> the indices in it that it depends on
 
 
-def describe(component: Component, model_name: str, *, derivatives: bool, **capabilities: Any) -> ModelDescription:
+def describe(
+    component: Component,
+    model_name: str,
+    *,
+    derivatives: bool,
+    experiment: DefaultExperiment = PROPOSED,
+    **capabilities: Any,
+) -> ModelDescription:
     """Return what the FMU of a component says, with an empty GUID.
 
     derivatives: whether it provides directional ones, which makes states and their rates visible to a master.
-    capabilities: further fields of ModelDescription, which depend on the back end.
+    experiment: what it is to be flown with. capabilities: further fields of ModelDescription, of the back end.
     """
     regions = regions_of(component, derivatives)
     variables = {v.name: v for v in _variables(component, regions)}
@@ -39,7 +49,7 @@ def describe(component: Component, model_name: str, *, derivatives: bool, **capa
         derivatives=_derivatives(component, regions, names),
         initial_unknowns=_initial_unknowns(component, regions, names),
         units={name: _unit(name) for name in sorted({v.unit for v in variables.values() if v.unit})},
-        default_experiment=DefaultExperiment(start=0.0, stop=10.0, step_size=1e-3),
+        default_experiment=experiment,
         can_get_and_set_state=True,
         can_serialize_state=True,
         provides_directional_derivative=derivatives,
@@ -49,7 +59,7 @@ def describe(component: Component, model_name: str, *, derivatives: bool, **capa
         role=component.role,
         shared=frozenset(name for p in component.parameters if p.shared for name in p.elements()),
         rates_act=frozenset(name for u in component.inputs if u.rate_acts for name in u.elements()),
-        model_identifier=model_name,
+        model_identifier=identifier(model_name),
         log_categories=LOG_CATEGORIES,
         generation_tool=TOOL,
         description=docstring_of(type(component)).partition("\n")[0],

@@ -6,13 +6,13 @@ Several structural parameters follow each other, as in Notch:width=3,unit=N.m.
 import inspect
 import re
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from components.catalog import CATALOG, MODULES
-from fmus.description.names import nearest
+from fmus.description.names import did_you_mean, did_you_mean_file
 from fmus.errors import UnknownComponent
 from fmus.export.blame import blamed
 from fmus.export.cells import file_of_class, is_of_session
@@ -64,7 +64,9 @@ class Reference:
 
     def _require_entry(self) -> None:
         if self.name not in CATALOG:
-            text = f"unknown component {self.name!r}.{_hint(self.name, CATALOG)} Components: {', '.join(CATALOG)}."
+            text = (
+                f'unknown component "{self.name}".{did_you_mean(self.name, CATALOG)} Components: {", ".join(CATALOG)}.'
+            )
             raise UnknownComponent(self.name, text)
 
 
@@ -113,11 +115,6 @@ def _of_class(cls: type) -> Reference:
     return Reference(f"{file}:{name}", file, name, ())
 
 
-def _hint(name: str, known: Iterable[str]) -> str:
-    near = nearest(name, known)
-    return f" Did you mean {' or '.join(map(repr, near))}?" if near else ""
-
-
 def _sources_of_file(file: Path) -> Sources:
     """Return a user's file with what it imports; a mistake in its syntax is told as such."""
     _require_file(file)
@@ -128,7 +125,7 @@ def _sources_of_file(file: Path) -> Sources:
 
 def _require_file(file: Path) -> None:
     if not file.is_file():
-        raise UnknownComponent(str(file), f"there is no file {file}.")
+        raise UnknownComponent(str(file), f"there is no file {file}.{did_you_mean_file(file)}")
 
 
 def _classes(file: Path) -> "tuple[dict[str, type[Component]], Reads]":
@@ -146,7 +143,7 @@ def _class_of(file: Path, name: str) -> "tuple[type[Component], Reads]":
     classes, reads = _classes(file)
     if name not in classes:
         there = ", ".join(classes) or "none"
-        text = f"{file} defines no component {name!r}.{_hint(name, classes)} Components in it: {there}."
+        text = f'{file} defines no component "{name}".{did_you_mean(name, classes)} Components in it: {there}.'
         raise UnknownComponent(name, text)
     return classes[name], reads
 

@@ -74,7 +74,7 @@ def test_what_is_taken(fmu, name, value, expected):
     [
         ("mode0", "medium", "it has no item 'medium'. There: off (1), slow (2), fast (5)"),
         ("mode0", 3, "it has no item 3. There: off (1), slow (2), fast (5)"),
-        ("mode0", "fsat", "it has no item 'fsat'. Did you mean fast? There: off (1), slow (2), fast (5)"),
+        ("mode0", "fsat", "it has no item 'fsat'. Did you mean \"fast\"? There: off (1), slow (2), fast (5)"),
         ("mode0", True, "it has no item True. There: off (1), slow (2), fast (5)"),
         ("mode0", 2.0, "it has no item 2.0. There: off (1), slow (2), fast (5)"),
         ("odd0", 2, "it is Boolean, the value 2 is int. Write true, false, 1 or 0"),

@@ -177,7 +177,8 @@ def test_platforms():
     assert resolve_platforms(("win64", "win64", "darwin64")) == ["win64", "darwin64"]
     assert resolve_platforms(("host", host_platform())) == [host_platform()]
     assert set(resolve_platforms(("all",))) == set(SUFFIXES)
-    with pytest.raises(BuildError, match=r"unknown platform 'win32'. Platforms: host, all, linux64, win64, darwin64\."):
+    known = r"Platforms: host, all, linux64, win64, darwin64\."
+    with pytest.raises(BuildError, match=rf'unknown platform "win32"\. Did you mean "win64"\? {known}'):
         resolve_platforms(("win64", "win32"))
 
 

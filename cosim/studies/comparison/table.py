@@ -9,7 +9,7 @@ from typing import Any
 from cosim.errors import ResultExists, UnknownName
 from cosim.flights import Locate, Progress
 from cosim.results.folder import make_folder, write_text
-from cosim.studies import markdown
+from cosim.studies import markdown, papers
 from cosim.studies.comparison import mission
 from cosim.studies.comparison.cell import COLUMNS, INTERRUPTED, Cell, fly
 from cosim.studies.comparison.laws import find_controllers, fit
@@ -50,6 +50,8 @@ def compare(
     files = table, data = folder / "compare.md", folder / "compare.json"
     if not overwrite and any(file.exists() for file in files):
         raise ResultExists(folder)
+    _require_published("plant", chosen_plants, papers.PAPERS)  # before anything is built to look at it
+    _require_published("controller", chosen_controllers, papers.describe())
     make_folder(folder)
     rows = _chosen("plant", find_plants(locate), chosen_plants)
     columns = _chosen("controller", find_controllers(locate), chosen_controllers)
@@ -97,6 +99,12 @@ def make_row(cell: Cell) -> tuple[str, ...]:
     """Return a cell of the table as a row of texts under HEAD."""
     figures = [f"{cell.figures[c]:.4g}" if c in cell.figures else "" for c in COLUMNS]
     return (cell.plant, cell.controller, *figures, cell.remark)
+
+
+def _require_published(kind: str, names: Sequence[str], known: Iterable[str]) -> None:
+    for name in names:
+        if name not in known:
+            raise UnknownName(kind, name, "the papers", list(known))
 
 
 def _chosen(kind: str, found: Mapping[str, Any], names: Sequence[str]) -> list[Any]:

@@ -35,13 +35,14 @@ def css() -> str:
     return _CSS.strip() + "\n"
 
 
-def html_document(page: ComponentPage) -> str:
-    """Return the page as a document of its own, its style within."""
+def html_document(page: ComponentPage, foot: str = "") -> str:
+    """Return the page as a document of its own, its style within; foot: a line under it."""
+    below = f"<hr>\n<p>{escape(foot)}</p>\n" if foot else ""
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{escape(page.name)}</title>\n<style>\n{_DOCUMENT_CSS.strip()}\n{css()}</style>\n</head>\n"
-        f"<body>\n{html_body(page)}</body>\n</html>\n"
+        f"<body>\n{html_body(page)}{below}</body>\n</html>\n"
     )
 
 

@@ -3,7 +3,7 @@
     delta, omega_BN_B, x_1, z1   Greek letters, indices; of omega_BN_B the frame B stands above, the pair BN below
     w', eta'', eta_dot           time derivatives: dots over the letter
     f_hat, W~, s^                hats and tildes over the letter
-    J^-1, delta^T, r^(n + 1)     exponents
+    J^-1, delta^T, r^(n + 1)     exponents; T^1/2 is a root, r^2/2 half a square
     q*, W*                       stars
     w x h, q (x) p, a . b        cross, quaternion product, dot; 1/2, sqrt(..), sum_i, <=, >=, !=, ->, <-, +-
 What is not known stays as it is typed. An x that is a variable of the text is never taken for a cross.
@@ -50,12 +50,12 @@ _TOKEN = re.compile(
   | (?P<root>\bsqrt\()
   | (?P<symbol>(?P<name>[A-Za-z]\w*)(?P<primes>{_PRIMES})?(?P<late>(?<=')_\w+)?
       (?P<index>(?<=_\w),[a-z](?!\w))?(?P<last>(?<=,[a-z]){_PRIMES})?
-      (?P<tilde>~)?(?P<hat>\^(?=[\s),;\]]|$))?(?P<star>\*(?=[\s).,;:\]|^]|$))?)
+      (?P<halved>(?<=_1)/2(?!\w))?(?P<tilde>~)?(?P<hat>\^(?=[\s),;\]]|$))?(?P<star>\*(?=[\s).,;:\]|^]|$))?)
   | (?P<power>(?<=[\w)\]|*'])\^
-      (?P<exponent>\([^()]*\) | [+-]?\d+(?:\.\d+)? | [+-]?[A-Za-z]\w* | [+-](?!\w)))
+      (?P<exponent>\([^()]*\) | 1/\d(?!\w) | [+-]?\d+(?:\.\d+)? | [+-]?[A-Za-z]\w* | [+-](?!\w)))
   | (?P<part>(?<=[)\]|])_(?P<inner>\w+))
-  | (?P<sign>(?<=\s)\(x\)(?=\s) | <= | >= | != | -> | <- | \+-(?=\w) | (?<=\ )\.(?=\ ) | (?<=[)\]|])'(?![A-Za-z])
-      | (?<=\ )-(?=\ ) | ^-(?=\ ) | (?<![\w)\]'-])-(?=[\w(|\[]))
+  | (?P<sign>(?<=\s)\(x\)(?=\s) | <= | >= | != | -> | <- | \+-(?=[\w\ ]) | (?<=\ )\.(?=\ ) | (?<=[)\]|])'(?![A-Za-z])
+      | (?<=\ )-(?=\ ) | ^-(?=\ ) | (?<![\w)\]'.-])-(?=[\w(|\[]))
   | (?P<space>\s+)
   | (?P<other>.)
     """,
@@ -137,6 +137,7 @@ def _symbol(match: re.Match[str], known: frozenset[str], prose: bool, bare: bool
     marks.append(DOTS[len(primes)])
     shown = unicodedata.normalize("NFC", GREEK.get(letter, letter) + "".join(marks))
     index = (match["index"] or "").lstrip(",")
+    parts[-1:] = [part + (match["halved"] or "") for part in parts[-1:]]  # A_1/2
     below = [digits] * bool(digits) + parts + [p for p in (match["late"] or "").split("_") if p] + [index] * bool(index)
     above = "*" if match["star"] else ""
     if bare and not above and len(below) > 1 and re.fullmatch("[A-Z]{2}", below[0]) and re.fullmatch("[A-Z]", below[1]):

@@ -17,12 +17,14 @@ import fmpy
 from components.framework import Component
 from fmus import places
 from fmus.description.annotations import COMMIT_SHOWN, SAMPLE_TIME, SOLVER_STEP
-from fmus.description.description import ModelDescription, ScalarVariable
+from fmus.description.description import DefaultExperiment, ModelDescription, ScalarVariable
 from fmus.description.write import write
 from fmus.errors import BuildError
 from fmus.export.archive import guid_of, write_fmu
-from fmus.export.describe import describe
+from fmus.export.describe import PROPOSED, describe
+from fmus.export.documentation.files import documents
 from fmus.export.native.large import OPTIMISATION, in_pieces, is_large
+from fmus.export.origin import build_date, origin_of
 from fmus.export.regions import REGIONS, regions_of
 from fmus.toolchain import HOST, SUFFIXES, compile_library, host_platform, resolve_platforms
 
@@ -34,22 +36,25 @@ FIELD = "\1"  # stands for a number in the text of a condition, as in fmi2.c
 
 
 def build_native(
-    component: Component, path: Path, model_name: str | None = None, platforms: Sequence[str] = (HOST,)
+    component: Component,
+    path: Path,
+    model_name: str | None = None,
+    platforms: Sequence[str] = (HOST,),
+    experiment: DefaultExperiment = PROPOSED,
 ) -> Path:
-    """Write a native FMU of the component to `path` and return it; the same component gives the same bytes.
+    """Write a native FMU of the component to `path` and return it: of the same component the same bytes but the date.
 
-    platforms: "host", "all", "linux64", "win64", "darwin64". Raises BuildError, NoCompiler, CompileFailed.
+    platforms: "host", "all", "linux64", "win64", "darwin64". experiment: what the FMU says that it is flown with.
+    Raises BuildError, NoCompiler, CompileFailed.
     """
     name = model_name or path.stem
     if component.python_only:
         raise BuildError(
             f"{component.name} is written in plain Python, which gives no C: build it with --backend python."
         )
-    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name, re.ASCII):
-        raise BuildError(f"an FMU's name is an identifier of C (letters, digits, _), {name!r} is none.")
     wanted = resolve_platforms(platforms)
     optimisation = OPTIMISATION if is_large(component.size(component.states), _functions(component)) else None
-    description = describe_native(component, name)
+    description = describe_native(component, name, experiment)
     sources = native_sources(component, description)
     files = {f"sources/{file}": data for file, data in sources.items()}
     with tempfile.TemporaryDirectory(dir=places.workshop()) as place:
@@ -59,23 +64,27 @@ def build_native(
             (folder / file).write_bytes(data)
         for platform in wanted:
             system = host_platform() if platform == HOST else platform
-            library = Path(place) / system / f"{name}{SUFFIXES[system]}"
+            library = Path(place) / system / f"{description.model_identifier}{SUFFIXES[system]}"
             compile_library(folder, RUNTIME.name, library, platform, optimisation=optimisation)
             files[f"binaries/{system}/{library.name}"] = library.read_bytes()
-    xml = write(replace(description, guid=native_guid(description, sources)))
-    return write_fmu(path, {"modelDescription.xml": xml, **files})
+    xml = write(replace(description, guid=native_guid(description, sources), generation_date=build_date()))
+    return write_fmu(path, {"modelDescription.xml": xml, **documents(component, description), **files})
 
 
-def describe_native(component: Component, model_name: str) -> ModelDescription:
+def describe_native(
+    component: Component, model_name: str, experiment: DefaultExperiment = PROPOSED
+) -> ModelDescription:
     """Return what the native FMU of a component says, with an empty GUID."""
     return describe(
         component,
         model_name,
         derivatives=True,
+        experiment=experiment,
         can_interpolate_inputs=True,
         max_input_derivative_order=3,
         max_output_derivative_order=0 if component.sampled else 1,
         source_files=(RUNTIME.name,),
+        **origin_of(component),
     )
 
 

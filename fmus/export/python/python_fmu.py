@@ -20,12 +20,14 @@ import numpy as np
 import pythonfmu
 
 from components.framework import Component
-from fmus.description.description import ModelDescription
+from fmus.description.description import DefaultExperiment, ModelDescription
 from fmus.description.write import write
 from fmus.errors import BuildError
 from fmus.export.archive import guid_of, write_fmu
-from fmus.export.describe import describe, summary
+from fmus.export.describe import PROPOSED, describe, summary
+from fmus.export.documentation.files import documents
 from fmus.export.imports import imported
+from fmus.export.origin import build_date, origin_of
 from fmus.export.python.rehearsal import with_data_files
 from fmus.export.reads import Reads, noting
 from fmus.export.sources import OURS, Sources, content, sources_of, users_file
@@ -57,8 +59,10 @@ def _plain(value: Any) -> Any:
     return np.asarray(value).tolist()
 
 
-def build_python(component: Component, path: Path, model_name: str | None = None) -> Path:
-    """Write a python FMU of the component to `path` and return it."""
+def build_python(
+    component: Component, path: Path, model_name: str | None = None, experiment: DefaultExperiment = PROPOSED
+) -> Path:
+    """Write a python FMU of the component to `path` and return it; experiment: what it says that it is flown with."""
     name = model_name or path.stem
     component, sources, reads = _source(component)
     files = dict(sources.files)
@@ -71,7 +75,7 @@ def build_python(component: Component, path: Path, model_name: str | None = None
         "values": {key: _plain(value) for key, value in component.given.items()},
     }
     with noting(reads):
-        description = describe_python(component, name)
+        description = describe_python(component, name, experiment)
     script = SLAVE.read_bytes()
     script_name = f"adcs_slave_{hashlib.sha256(script).hexdigest()[:12]}"
     resources: dict[str, bytes] = {f"source/{relative}": content(file) for relative, file in files.items()}
@@ -88,9 +92,10 @@ def build_python(component: Component, path: Path, model_name: str | None = None
         resources[f"pythonfmu/{file.name}"] = file.read_bytes()
     archive = {f"resources/{relative}": data for relative, data in resources.items()}
     for binary in sorted((package / "resources" / "binaries").rglob("*.*")):
-        archive[f"binaries/{binary.parent.name}/{name}{binary.suffix}"] = binary.read_bytes()
+        archive[f"binaries/{binary.parent.name}/{description.model_identifier}{binary.suffix}"] = binary.read_bytes()
     guid = guid_of(BACKEND, write(description), archive)
-    return write_fmu(path, {"modelDescription.xml": write(replace(description, guid=guid)), **archive})
+    xml = write(replace(description, guid=guid, generation_date=build_date()))
+    return write_fmu(path, {"modelDescription.xml": xml, **documents(component, description), **archive})
 
 
 def _pythonfmu() -> Path:
@@ -102,6 +107,11 @@ def _pythonfmu() -> Path:
     raise BuildError("the package pythonfmu is not installed with its binaries: pip install pythonfmu.")
 
 
-def describe_python(component: Component, model_name: str) -> ModelDescription:
+def describe_python(
+    component: Component, model_name: str, experiment: DefaultExperiment = PROPOSED
+) -> ModelDescription:
     """Return what the python FMU of a component says, with an empty GUID."""
-    return describe(component, model_name, derivatives=False, needs_execution_tool=True)
+    origin = origin_of(component)
+    return describe(
+        component, model_name, derivatives=False, experiment=experiment, needs_execution_tool=True, **origin
+    )

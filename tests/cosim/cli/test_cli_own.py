@@ -129,7 +129,9 @@ class TestSystem:
 
     def test_build_makes_an_fmu_per_instance(self, adcs, mine):
         made = adcs("build", "mine/flight.py:flight", "-o", "made", "--backend", "python")
-        assert made.out.split() == ["made/guidance.fmu", "made/controller.fmu", "made/plant.fmu"]
+        assert made.out.split() == [
+            f"made/my_flight_{instance}.fmu" for instance in ("guidance", "controller", "plant")
+        ]
 
     @pytest.mark.parametrize(
         ("text", "words"),
@@ -178,7 +180,7 @@ def broken(text):
          "            def outputs(self, t, x, u, p):\n                return {'tau_command_B': -u.q_BNN}",
          "AttributeError: no variable 'q_BNN' here. Did you mean 'q_BN'"),
         ("class Low(Component):\n            y = Output(unit='1', doc='y')",
-         "law.py defines no component 'Law'. Did you mean 'Low'?"),
+         'law.py defines no component "Law". Did you mean "Low"?'),
     ],
 )  # fmt: skip
 def test_a_mistake_in_a_controllers_file_is_told_with_its_line(adcs, folder, text, words):

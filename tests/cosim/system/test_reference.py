@@ -104,7 +104,7 @@ def test_a_file_of_the_users_has_classes_and_paths(home, adcs):
     assert (result["a.tau_dist_B"] == result["b.tau_dist_B"]).all()
     built = adcs("build", "own.py", "-o", "made")
     assert built.status == 0 and "c is REP.FMU as it is" in built.err
-    assert sorted(p.name for p in (home / "made").iterdir()) == ["a.fmu", "b.fmu"]
+    assert sorted(p.name for p in (home / "made").iterdir()) == ["own_a.fmu", "own_b.fmu"]
 
 
 def test_files_beside_the_file_that_names_them(home, monkeypatch):

@@ -94,7 +94,12 @@ def everything() -> ModelDescription:
         source_files=("a.c", "b.c"),
         log_categories=("logAll",),
         generation_tool="a test",
+        generation_date="2026-11-26T10:20:30Z",
         description="says everything",
+        author="A & B",
+        version="1.2",
+        license="MIT",
+        copyright="(c) 2026 A",
     )
 
 

@@ -1,5 +1,6 @@
 """FMUs of the parts, built once, and instances of them."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,15 @@ from .parts import every
 from .slaves import Slave, unpack
 
 PARTS = every()
+
+
+@pytest.fixture(autouse=True, scope="session")
+def date():
+    """One date for all FMUs that are built here: then the same component gives the same bytes."""
+    before = os.environ.get("SOURCE_DATE_EPOCH")
+    os.environ["SOURCE_DATE_EPOCH"] = "1790000000"
+    yield
+    os.environ.pop("SOURCE_DATE_EPOCH") if before is None else os.environ.update(SOURCE_DATE_EPOCH=before)
 
 
 @pytest.fixture(scope="session")

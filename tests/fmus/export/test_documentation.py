@@ -42,6 +42,8 @@ def plain(html: str) -> str:
             "√(2 π a) ≤ 1, a ≥ b, y ← y, a → b, a ≠ b, ±90 deg",
         ),
         ("sum_i<j (A_i x A_j)^2 + sum_k h_k", "∑_{i<j} (A_{i} × A_{j})^{2} + ∑_{k} h_{k}"),
+        ("sigma_u T^1/2 n, r^2/2, A_1/2 b_2/2", "σ_{u} T^{1/2} n, r^{2}/2, A_{1/2} b_{2}/2"),
+        ("Y.-C. Ho, +- i w", "Y.-C. Ho, ± i w"),
         ("(G x)_i - rho'^2, (a + b)' z", "(G x)_{i} − ρ̇^{2}, (a + b)′ z"),
         ("z = x x y, r x v, 3 mu/r^5 r x J r", "z = x × y, r × v, 3 μ/r^{5} r × J r"),
         ("dcm_BN (-sin a, 0, cos a), min_i f_i", "dcm_{BN} (−sin a, 0, cos a), min_{i} f_{i}"),

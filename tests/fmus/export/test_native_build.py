@@ -113,9 +113,7 @@ def test_only_existing_functions_are_generated():
 def test_refusals(tmp_path):
     with pytest.raises(BuildError, match=r"Plain is written in plain Python.*--backend python"):
         build_native(Plain(), tmp_path / "Plain.fmu")
-    with pytest.raises(BuildError, match=r"'my-unit' is none"):
-        build_native(Gain(), tmp_path / "my-unit.fmu")
-    with pytest.raises(BuildError, match=r"unknown platform 'beos'. Platforms: host, all, linux64, win64, darwin64"):
+    with pytest.raises(BuildError, match=r'unknown platform "beos". Platforms: host, all, linux64, win64, darwin64'):
         build_native(Gain(), tmp_path / "Gain.fmu", platforms=("beos",))
     assert list(tmp_path.iterdir()) == []
 

@@ -197,7 +197,7 @@ def test_fmpy_reports_the_failure_too(tmp_path):
 @pytest.mark.parametrize(
     ("reference", "words"),
     [
-        ("FlexibelSpacecraft", "unknown component 'FlexibelSpacecraft'. Did you mean 'FlexibleSpacecraft'"),
+        ("FlexibelSpacecraft", 'unknown component "FlexibelSpacecraft". Did you mean "FlexibleSpacecraft"'),
         ("missing.py:Law", "there is no file missing.py"),
         ("Sum:n", "'n' is not NAME=VALUE, as in Sum:modes=6."),
     ],
@@ -210,7 +210,7 @@ def test_a_wrong_reference_is_answered_with_what_there_is(reference, words):
 
 def test_a_class_that_a_file_lacks_is_answered_with_those_that_it_has(tmp_path):
     (tmp_path / "counter.py").write_text(COUNTER)
-    with pytest.raises(UnknownComponent, match=r"defines no component 'Conter'\. Did you mean 'Counter'"):
+    with pytest.raises(UnknownComponent, match=r'defines no component "Conter"\. Did you mean "Counter"'):
         parse(f"{tmp_path / 'counter.py'}:Conter").component()
 
 
