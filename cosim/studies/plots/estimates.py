@@ -5,8 +5,9 @@
 
 A sensor or estimator is what has that role or, of an FMU that says none, has none of a loop's, and is fed by a plant,
 directly or through others. The truth of an output is the plant's of the same name; that of a bias is the one of the
-sensor ahead, of the same name, else its only one of a bias. Where `sigma_NAME` is an output too, three of it, to either
-side, are drawn beside NAME. Rows are of one time: latency and holding over samples are part of what is shown.
+sensor ahead, of the same name, else its only one of a bias. Where an estimator shows the standard deviation of an error
+(SIGMA), three of it are dotted to either side. Rows are of one time: latency and holding over samples are part of what
+is shown.
 """
 
 from collections.abc import Iterable, Mapping
@@ -25,6 +26,8 @@ from fmus.description.names import split_port
 ESTIMATING = ("sensor", "estimator")
 NO_TRUTH = ("tau_B", "h_B", "tau_dist_B", "H_N", "energy")  # of a plant: nothing estimates these by showing them
 BIAS = "bias"
+SIGMA = {"q_BN": "attitude_sigma", "bias": "bias_sigma"}
+"""Output -> the output of one standard deviation of its error, of each component."""
 
 
 def draw_estimates(runs: Mapping[str, Result]) -> dict[str, Figure]:
@@ -35,8 +38,9 @@ def draw_estimates(runs: Mapping[str, Result]) -> dict[str, Figure]:
             for name, truth in _truths(run, instance, plant).items():
                 found = panels.setdefault(instance, {})
                 unit, components, rows = error(run, f"{instance}.{name}", truth)
+                bound = _three_sigma(run, instance, name, rows.shape)
                 old = found.get(name, Panel(f"{name}", unit, components, []))
-                found[name] = Panel(name, unit, components, [*old.traces, Trace(label, run.time, rows)])
+                found[name] = Panel(name, unit, components, [*old.traces, Trace(label, run.time, rows, bound)])
     return {
         name: figure
         for instance, found in panels.items()
@@ -68,6 +72,14 @@ def error(run: Result, name: str, truth: str) -> tuple[str, list[str], FloatArra
         return "deg", ["x", "y", "z"], turned
     unit, factor = unit_of(name, run.units.get(name))
     return unit, components, factor * (shown - true).reshape(len(shown), -1)  # (2)
+
+
+def _three_sigma(run: Result, instance: str, name: str, shape: tuple[int, ...]) -> FloatArray | None:
+    """Return three standard deviations of an estimate's error, in the unit shown, None where there is none."""
+    port = f"{instance}.{SIGMA.get(name, '')}"
+    if name not in SIGMA or port not in run or run[port].shape != shape:
+        return None
+    return 3 * unit_of(port, run.units.get(port))[1] * run[port]
 
 
 def _truths(run: Result, instance: str, plant: str) -> dict[str, str]:

@@ -22,11 +22,15 @@ COLOUR = {"x": 0, "y": 1, "z": 2, "w": 3, "": 0}
 
 @dataclass(frozen=True)
 class Trace:
-    """A variable of one run as it is drawn: rows of shape (n, number of components), in the panel's unit."""
+    """A variable of one run as it is drawn: rows of shape (n, number of components), in the panel's unit.
+
+    `bound`: what they are expected to stay within, to either side, of the same shape.
+    """
 
     run: str
     time: FloatArray
     rows: FloatArray
+    bound: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,9 @@ def _draw(ax: Axes, panel: Panel, trace: Trace, runs: Sequence[str], exponent: i
     for i, component in enumerate(panel.components[: trace.rows.shape[1]]):
         values = np.asarray(trace.rows[:, i], dtype=float) / 10.0**exponent
         ax.plot(trace.time, values, color=_colour(component), linestyle=_line(trace.run, runs), linewidth=1.2)
+        for side in (-1, 1) if trace.bound is not None else ():
+            edge = side * np.asarray(trace.bound[:, i], dtype=float) / 10.0**exponent
+            ax.plot(trace.time, edge, color=_colour(component), linestyle=style.LINES[3], linewidth=0.8, alpha=0.7)
 
 
 def _explain(ax: Axes, components: Iterable[str], runs: Sequence[str]) -> None:

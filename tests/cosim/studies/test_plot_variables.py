@@ -210,6 +210,10 @@ def sensed(**more) -> Result:
     )
 
 
+def with_unit(schema, name, unit):
+    return pa.schema([field(f.name, unit) if f.name.startswith(name) else f for f in schema])
+
+
 class TestEstimates:
     def test_what_is_estimated_less_the_truth_in_its_unit(self):
         drawn = estimates.draw_estimates({"run": sensed()})
@@ -221,6 +225,13 @@ class TestEstimates:
         attitude, bias = (ax.lines[:3] for ax in drawn["estimate_filter"].axes)
         assert [line.get_ydata()[5] for line in attitude] == pytest.approx([0.3, 0, 0], abs=1e-12)
         assert [line.get_ydata()[5] for line in bias] == pytest.approx([1.0, 0, 0], abs=1e-9)
+
+    def test_three_standard_deviations_are_beside_an_error_where_they_are_shown(self):
+        run = sensed(**{"filter.attitude_sigma": np.tile(np.radians([0.1, 0.2, 0.3]), (len(T), 1))})
+        run = Result(run.table.cast(with_unit(run.table.schema, "filter.attitude_sigma", "rad")), run.info)
+        lines = estimates.draw_estimates({"run": run})["estimate_filter"].axes[0].lines
+        edges = [line.get_ydata()[0] for line in lines if line.get_linewidth() == 0.8]
+        assert edges == pytest.approx([-0.3, 0.3, -0.6, 0.6, -0.9, 0.9])
 
     def test_an_observer_that_no_plant_feeds_is_left_out(self):
         run = sensed()
