@@ -76,7 +76,9 @@ def _draw(ax: Axes, panel: Panel, trace: Trace, runs: Sequence[str], exponent: i
     for i, component in enumerate(panel.components[: trace.rows.shape[1]]):
         values = np.asarray(trace.rows[:, i], dtype=float) / 10.0**exponent
         ax.plot(trace.time, values, color=_colour(component), linestyle=_line(trace.run, runs), linewidth=1.2)
-        for side in (-1, 1) if trace.bound is not None else ():
+        if trace.bound is None:
+            continue
+        for side in (-1, 1):
             edge = side * np.asarray(trace.bound[:, i], dtype=float) / 10.0**exponent
             ax.plot(trace.time, edge, color=_colour(component), linestyle=style.LINES[3], linewidth=0.8, alpha=0.7)
 
