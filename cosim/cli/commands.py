@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cosim.cli import building, completion, console, exporting, plotting, verifying
+from cosim.cli import building, comparing, completion, console, exporting, plotting, verifying
 from cosim.cli import events as happening
 from cosim.cli import inputs as feeding
 from cosim.cli.options import (
@@ -293,48 +293,7 @@ def reproduce_(
             console.write_files(pages.refresh(docs, [v.row() for v in report.verdicts], report.titles))
 
 
-@app.command("compare")
-def compare_(
-    plants: Annotated[
-        str, typer.Option(metavar="PAPER,...", help="Plants, by the papers whose vehicles they are; all if none.")
-    ] = "",
-    controllers: Annotated[
-        str, typer.Option(metavar="SYSTEM,...", help="Controllers, by the experiments that have them; all if none.")
-    ] = "",
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the table.")] = Path("results/compare"),
-    backend: Backend = "native",
-    force: Force = False,
-) -> None:
-    """Fly every attitude controller on every attitude plant: the same slew, the same disturbance, one table.
-
-    A plant has its paper's cluster, or wheels. The vehicle's parameters are carried into the controller, gains are not
-    retuned. Exit status 1 after Ctrl-C: the table has the flights that were finished.
-    """
-    from cosim.cli.library import Library
-    from cosim.studies import comparison
-
-    with reported(), console.progress("compare") as progress:
-        rows, columns = ([name.strip() for name in text.split(",")] if text else [] for text in (plants, controllers))
-        locate = Library(backend, console.note)
-        table = comparison.compare(rows, columns, out, locate, progress, console.note, overwrite=force)
-    # what a controller is told of a vehicle is the vehicle's own; compare.json has the sets pair by pair
-    console.write_parameters({name: values for name, values in table.parameters.items() if " on " not in name})
-    for line in comparison.mission.WORDS:
-        console.write(line)
-    for plant, cluster in table.clusters.items():
-        cells = [cell for cell in table.cells if cell.plant == plant]
-        if not cells:
-            continue
-        console.write(f"\n{plant} with {cluster}")
-        rows = [comparison.make_row(cell)[1:-1] for cell in cells if cell.figures]
-        console.write_table(("controller", *comparison.COLUMNS), rows, whole=(0,))
-        for cell in cells:
-            if cell.remark:
-                console.write(f"{cell.controller} on {plant} {cell.remark}")
-    console.write_files(table.files)
-    if not table.complete:
-        console.note(f"interrupted: {len(table.cells)} of {table.planned} flights flown")
-        raise typer.Exit(1)
+app.command("compare")(comparing.compare_)
 
 
 def _tell(name: str, result: "Result", locate: "Library | None", as_published: bool) -> None:

@@ -3,10 +3,13 @@
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
+OF_ANY_RUN = frozenset({"attitude", "attitude_error", "rates", "torque", "modal_coordinates", "cluster"})
+"""Names of the figures that any run has, which no paper's figure may take."""
+
 DOT = 1.0  # an edge is drawn half a line wide
 
 
-def outside(figure: Figure) -> list[str]:
+def cut_off(figure: Figure) -> list[str]:
     """Names of legends, titles, and axes with their labels, of which a part is cut off."""
     figure.draw_without_rendering()
     page = figure.bbox

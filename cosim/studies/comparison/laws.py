@@ -1,4 +1,4 @@
-"""The torque-commanding attitude controllers of the papers, and each made to fit a vehicle.
+"""Torque-commanding attitude controllers, of the papers, of any system, or alone, and each made to fit a vehicle.
 
 A controller keeps its numbers. What it knows of the vehicle is the vehicle's: J, delta, Omega, zeta, torque_limit; one
 that knows modes is built for as many as the vehicle has; and what its paper's rule derives from the vehicle is derived
@@ -15,6 +15,7 @@ from cosim.studies.comparison.mission import STEP
 from cosim.studies.comparison.vehicles import Plant
 from cosim.studies.papers.geng2012 import gains
 from cosim.system import Connection, System
+from cosim.system.reference import Reference, is_fmu
 from fmus.description.description import ModelDescription
 from fmus.description.names import split_port
 from fmus.description.read import read_description
@@ -30,7 +31,7 @@ class Controller:
 
     name: str
     paper: str
-    components: Mapping[str, str]
+    components: Mapping[str, Reference]
     connections: Sequence[Connection]
     parameters: Mapping[str, Any]
 
@@ -50,17 +51,27 @@ def find_controllers(locate: Locate) -> dict[str, Controller]:
             inputs = set(fmu.base_names("input"))
             if not inputs >= CONTROLLER_INPUTS or inputs & _from_elsewhere(system):
                 continue
-            mine = [n for n in ("controller", "observer") if n in system.components]
-            new = Controller(
-                name,
-                paper.key,
-                {n: system.components[n] for n in mine},
-                [c for c in system.connections if {split_port(c.source)[0], split_port(c.target)[0]} <= set(mine)],
-                {k: v for k, v in system.parameters.items() if split_port(k)[0] in mine},
-            )
+            new = of_system(system, name, paper.key)
             if not any(replace(other, name=name) == new for other in found.values()):
                 found[name] = new
     return found
+
+
+def of_system(system: System, name: str, paper: str = "") -> Controller:
+    """Return the controller of a system of standard instance names, with its observer if it has one."""
+    mine = [n for n in ("controller", "observer") if n in system.components]
+    return Controller(
+        name,
+        paper,
+        {n: system.components[n] for n in mine},
+        [c for c in system.connections if {split_port(c.source)[0], split_port(c.target)[0]} <= set(mine)],
+        {k: v for k, v in system.parameters.items() if split_port(k)[0] in mine},
+    )
+
+
+def alone(reference: Reference, name: str) -> Controller:
+    """Return a controller that comes alone, with its FMU's start values."""
+    return Controller(name, "", {"controller": reference}, [], {})
 
 
 def _from_elsewhere(system: System) -> set[str]:
@@ -78,7 +89,7 @@ def fit(controller: Controller, plant: Plant, locate: Locate) -> Controller:
     known = {
         f"{name}.{key}": value
         for name in used
-        for key, value in plant.vehicle.items()
+        for key, value in {**plant.vehicle, **plant.told}.items()
         if name in fmus and key in fmus[name].groups
     }
     rule = RULES.get(controller.paper)
@@ -93,11 +104,13 @@ def fit(controller: Controller, plant: Plant, locate: Locate) -> Controller:
     )
 
 
-def _sized(reference: str, modes: int, locate: Locate) -> str:
+def _sized(reference: Reference, modes: int, locate: Locate) -> Reference:
     """Return the reference of an FMU, with the vehicle's number of modes if it knows modes."""
     groups = read_description(locate(reference)).groups
     if "Omega" not in groups or len(groups["Omega"].elements) == modes:
         return reference
+    if not isinstance(reference, str) or is_fmu(reference):
+        return reference  # as it was built: System says which sizes do not agree
     head, *structure = reference.split(":")
     kept = [part for several in structure for part in several.split(",") if not part.startswith("modes=")]
     return ":".join([head, *kept, f"modes={modes}"])

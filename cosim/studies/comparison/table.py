@@ -6,14 +6,15 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from cosim.errors import ResultExists, UnknownName
+from cosim.errors import ResultExists
 from cosim.flights import Locate, Progress
 from cosim.results.folder import make_folder, write_text
-from cosim.studies import markdown, papers
-from cosim.studies.comparison import mission
+from cosim.studies import markdown
+from cosim.studies.comparison import own
 from cosim.studies.comparison.cell import COLUMNS, INTERRUPTED, Cell, fly
-from cosim.studies.comparison.laws import find_controllers, fit
-from cosim.studies.comparison.vehicles import find_plants
+from cosim.studies.comparison.laws import fit
+from cosim.studies.comparison.mission import Mission
+from cosim.studies.comparison.own import Given
 from cosim.system import Value
 
 HEAD = ("plant", "controller", *COLUMNS, "remark")
@@ -30,32 +31,45 @@ class Table:
     files: tuple[Path, ...]
     planned: int
     complete: bool
+    mission: Mission
 
 
 def compare(
-    chosen_plants: Sequence[str],
-    chosen_controllers: Sequence[str],
+    chosen_plants: Sequence[Given],
+    chosen_controllers: Sequence[Given],
     folder: Path,
     locate: Locate,
     progress: Progress | None = None,
     announce: Callable[[str], None] = lambda _line: None,
     *,
+    mission: Mission | None = None,
     overwrite: bool = False,
 ) -> Table:
-    """Fly every chosen controller on every chosen plant (none named: all); write `compare.md` and `compare.json`.
+    """Fly every chosen controller on every chosen plant, and write `compare.md` and `compare.json`.
 
-    Ctrl-C ends it: the table then has the flights that were finished. Raises `UnknownName` for a plant or a controller
-    that there is not, `ResultExists` or `ResultUnwritable` for the folder, before anything is flown.
+    Plants and controllers: own.py says as what they may be given; none: all of the papers. `mission`: what each flight
+    is asked to do, the papers' table's if it is None. `locate`: FMU reference -> path, as `cosim.Library()`.
+
+        from cosim import Library
+        from cosim.studies.comparison import Mission, compare
+        mission = Mission(slew={"angle": Value(30, "deg"), "axis": [0, 0, 1]}, stop=600)
+        table = compare(["zhang2018", my_flight()], ["xiao2011-pid", MyController], Path("out"), Library(),
+                        mission=mission)
+
+    Ctrl-C ends it: the table then has the flights that were finished. Raises `UnknownName` or `FmuError` for a name
+    that there is not, `ResultExists` or `ResultUnwritable` for the folder, before anything is built, and `Unsuited` for
+    an FMU that is no plant or controller, before anything is flown.
     """
+    mission = mission or Mission()
     files = table, data = folder / "compare.md", folder / "compare.json"
     if not overwrite and any(file.exists() for file in files):
         raise ResultExists(folder)
-    _require_published("plant", chosen_plants, papers.PAPERS)  # before anything is built to look at it
-    _require_published("controller", chosen_controllers, papers.describe())
+    own.check_names("plant", chosen_plants)
+    own.check_names("controller", chosen_controllers)
     make_folder(folder)
-    rows = _chosen("plant", find_plants(locate), chosen_plants)
-    columns = _chosen("controller", find_controllers(locate), chosen_controllers)
-    used: dict[str, Mapping[str, Any]] = {p.name: _texts(p.vehicle | p.parameters) for p in rows}
+    rows = own.told_apart(own.plants(chosen_plants, locate))
+    columns = own.told_apart(own.controllers(chosen_controllers, locate))
+    used: dict[str, Mapping[str, Any]] = {p.name: _texts({**p.vehicle, **p.parameters}) for p in rows}
     cells: list[Cell] = []
     pairs = [(plant, controller) for plant in rows for controller in columns]
     complete = True
@@ -63,7 +77,7 @@ def compare(
         announce(f"{controller.name} on {plant.name}")
         try:
             law = fit(controller, plant, locate)
-            done = fly(plant, law, locate, progress)
+            done = fly(plant, law, mission, locate, progress)
         except KeyboardInterrupt:  # while a flight is set up or measured
             complete = False
             break
@@ -76,22 +90,22 @@ def compare(
         )
         cells.append(done)
     clusters = {plant.name: plant.cluster for plant in rows}
-    write_text(table, write_markdown(cells, clusters))
+    write_text(table, write_markdown(cells, clusters, mission))
     content = {
-        "mission": list(mission.WORDS),
+        "mission": list(mission.words),
         "clusters": clusters,
         "cells": [asdict(c) for c in cells],
         "parameters": used,
-        "slew": _texts(mission.TURN),
-        "disturbance": _texts(mission.DISTURBANCE),
+        "slew": _texts(mission.slew),
+        "disturbance": _texts(mission.disturbance),
     }
     write_text(data, json.dumps(content, indent=2) + "\n")
-    return Table(tuple(cells), clusters, used, files, len(pairs), complete)
+    return Table(tuple(cells), clusters, used, files, len(pairs), complete, mission)
 
 
-def write_markdown(cells: Iterable[Cell], clusters: Mapping[str, str]) -> str:
+def write_markdown(cells: Iterable[Cell], clusters: Mapping[str, str], mission: Mission) -> str:
     """Return the mission, the clusters and the table of figures in Markdown."""
-    words = [*mission.WORDS, *(f"{name}: {words}" for name, words in clusters.items())]
+    words = [*mission.words, *(f"{name}: {words}" for name, words in clusters.items())]
     return markdown.write_list(words) + "\n" + markdown.write_table(HEAD, map(make_row, cells))
 
 
@@ -99,19 +113,6 @@ def make_row(cell: Cell) -> tuple[str, ...]:
     """Return a cell of the table as a row of texts under HEAD."""
     figures = [f"{cell.figures[c]:.4g}" if c in cell.figures else "" for c in COLUMNS]
     return (cell.plant, cell.controller, *figures, cell.remark)
-
-
-def _require_published(kind: str, names: Sequence[str], known: Iterable[str]) -> None:
-    for name in names:
-        if name not in known:
-            raise UnknownName(kind, name, "the papers", list(known))
-
-
-def _chosen(kind: str, found: Mapping[str, Any], names: Sequence[str]) -> list[Any]:
-    for name in names:
-        if name not in found:
-            raise UnknownName(kind, name, "the papers", list(found))
-    return [found[name] for name in names or found]
 
 
 def _texts(values: Mapping[str, Any]) -> dict[str, Any]:

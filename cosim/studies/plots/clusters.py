@@ -9,7 +9,7 @@ from cosim.studies.plots.pages import Panel, Trace, draw_panels
 from cosim.studies.plots.shown import components_of, unit_of
 from cosim.studies.roles import loops
 
-OF_ROTORS = ("wheel_speed", "wheel_momentum", "wheel_torque", "gimbal_angle", "gimbal_rate")
+OF_ROTORS = ("wheel_speed", "wheel_momentum", "motor_torque", "gimbal_angle", "gimbal_rate")
 OF_ALL = ("h_B", "tau_B")
 """What a cluster may show, in the order of the panels."""
 

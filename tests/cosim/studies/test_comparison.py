@@ -14,14 +14,15 @@ from cosim.cli.library import Library
 from cosim.errors import ResultExists, ResultUnwritable, UnknownName
 from cosim.results.result import Result
 from cosim.studies import comparison, papers
+from cosim.studies.comparison import Mission, laws, vehicles
 from cosim.studies.comparison import cell as cells
-from cosim.studies.comparison import laws, mission, vehicles
 from cosim.studies.papers.geng2012 import gains
 from cosim.system.expand import wire
 from cosim.system.graph import stepping_order
 from fmus.description.read import read_description
 
 LOCATE = Library()
+MISSION = Mission()
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +37,7 @@ def plants():
 
 def system(plant, controller):
     """The system of one cell, and its FMUs' descriptions."""
-    found = cells.make_system(plant, laws.fit(controller, plant, LOCATE), LOCATE)
+    found = cells.make_system(plant, laws.fit(controller, plant, LOCATE), MISSION, LOCATE)
     return found, {name: read_description(LOCATE(reference)) for name, reference in found.components.items()}
 
 
@@ -146,7 +147,7 @@ def test_the_gain_of_a_rigid_vehicle_is_that_of_a_double_integrator():
 
 
 def test_figures_of_a_run_with_known_error_and_torque():
-    cell = cells.measure("plant", "law", run_of(0.005, 0.02))
+    cell = cells.measure(cells.Cell("plant", "law", {}), run_of(0.005, 0.02), MISSION)
     assert cell.figures["steady error (deg)"] == pytest.approx(0.005, rel=1e-6)
     assert cell.figures["settling time (s)"] == 0.0
     assert cell.figures["peak torque (N.m)"] == pytest.approx(0.02)
@@ -154,17 +155,16 @@ def test_figures_of_a_run_with_known_error_and_torque():
 
 
 def test_a_run_that_does_not_settle_has_no_figures():
-    cell = cells.measure("plant", "law", run_of(1.0))
+    cell = cells.measure(cells.Cell("plant", "law", {}), run_of(1.0), MISSION)
     assert not cell.figures
     assert cell.remark == "does not settle: 1 deg in the last 50 s"
     assert comparison.make_row(cell)[-1] == cell.remark
 
 
-def test_a_controller_that_refuses_its_start_says_why(plants, controllers, monkeypatch):
-    monkeypatch.setattr(mission, "START_ERROR", (0.0, 0.0, 0.0))
-    monkeypatch.setattr(mission, "STOP", 1.0)
+def test_a_controller_that_refuses_its_start_says_why(plants, controllers):
+    mission = Mission(start_error=(0.0, 0.0, 0.0), stop=1.0)
     law = laws.fit(controllers["zhang2018-ppatc"], plants["zhang2018"], LOCATE)
-    cell = cells.fly(plants["zhang2018"], law, LOCATE)
+    cell = cells.fly(plants["zhang2018"], law, mission, LOCATE)
     assert cell.remark.startswith("refuses: the initial")
     assert "overshoot" in cell.remark
 
@@ -180,7 +180,7 @@ def test_a_controller_that_left_its_domain_says_so_instead_of_figures(flag, word
     run = run_of(0.005)
     reported = np.where(run.time >= 50.0, 1.0, 0.0)
     run = Result(run.table.append_column(f"controller.{flag}", pa.array(reported)), {"status": "finished"})
-    cell = cells.measure("plant", "law", run)
+    cell = cells.measure(cells.Cell("plant", "law", {}), run, MISSION)
     assert not cell.figures
     assert cell.remark == f"out of its domain from 50 s: {words}"
 
@@ -227,7 +227,7 @@ def test_table_and_parameter_sets_are_written(whole):
     table, folder = whole
     text = (folder / "compare.md").read_text()
     assert sum(line.startswith("| ") for line in text.splitlines()) == 2 + len(table.cells)
-    assert "10 deg about (1, 1, 1)/sqrt(3)" in text and "xiao2011: ReactionWheels: the paper's cluster" in text
+    assert "10 deg about (0.5774, 0.5774, 0.5774)" in text and "xiao2011: ReactionWheels: the paper's cluster" in text
     data = json.loads((folder / "compare.json").read_text())
     assert data["parameters"]["zhang2018-atc"]["controller.K"] == [0.5, 0.1, 0.5]
     assert data["parameters"]["zhang2018-atc on xiao2011"]["controller.J"].startswith("[[1200.0,")
@@ -235,8 +235,6 @@ def test_table_and_parameter_sets_are_written(whole):
 
 
 def test_ctrl_c_while_a_flight_is_set_up_keeps_the_others(tmp_path, monkeypatch):
-    monkeypatch.setattr(mission, "STOP", 2.0)
-
     def announce(name):
         if name.startswith("xiao2011"):
             monkeypatch.setattr("cosim.studies.comparison.table.fit", press)
@@ -244,7 +242,8 @@ def test_ctrl_c_while_a_flight_is_set_up_keeps_the_others(tmp_path, monkeypatch)
     def press(*_arguments):
         raise KeyboardInterrupt
 
-    table = comparison.compare(["ye2016"], ["zhang2018-atc", "xiao2011-pid"], tmp_path, LOCATE, None, announce)
+    two, mission = ["zhang2018-atc", "xiao2011-pid"], Mission(stop=2.0)
+    table = comparison.compare(["ye2016"], two, tmp_path, LOCATE, None, announce, mission=mission)
     assert (table.complete, table.planned, len(table.cells)) == (False, 2, 1)
     assert "zhang2018-atc" in (tmp_path / "compare.md").read_text()
 
@@ -258,16 +257,15 @@ def test_a_table_is_not_overwritten_and_a_file_is_no_folder(tmp_path):
         comparison.compare([], [], tmp_path / "compare.md", LOCATE)
 
 
-def test_ctrl_c_ends_the_table_and_keeps_the_flights_that_were_finished(tmp_path, monkeypatch):
-    monkeypatch.setattr(mission, "STOP", 60.0)
-
+def test_ctrl_c_ends_the_table_and_keeps_the_flights_that_were_finished(tmp_path):
     def press(t, stop):  # in the second flight
         if len(announced) == 2 and t < stop:
             signal.raise_signal(signal.SIGINT)
 
     announced: list[str] = []
     assert threading.current_thread() is threading.main_thread()
-    table = comparison.compare(["ye2016"], ["zhang2018-atc", "xiao2011-pid"], tmp_path, LOCATE, press, announced.append)
+    two, mission = ["zhang2018-atc", "xiao2011-pid"], Mission(stop=60.0)
+    table = comparison.compare(["ye2016"], two, tmp_path, LOCATE, press, announced.append, mission=mission)
     assert not table.complete
     assert [cell.controller for cell in table.cells] == ["zhang2018-atc"]
     assert "zhang2018-atc" in (tmp_path / "compare.md").read_text()

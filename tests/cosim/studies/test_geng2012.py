@@ -16,6 +16,7 @@ from cosim.system import Value
 from cosim.system.expand import wire
 from fmus.export.python.in_process import describe_in_process
 
+from ..figures import OF_ANY_RUN, cut_off
 from . import geng2012_reference as outside
 
 NAMES = list(papers.PAPERS["geng2012"].experiments)
@@ -282,7 +283,9 @@ def test_figures_are_those_of_the_paper():
     assert set(drawn) == numbered | further | of_clusters | {"lyapunov", "prepositioning"}
     for name in of_clusters:
         assert [ax.get_title() for ax in drawn[name].axes[:3]] == list(clusters.COLUMNS), name
+    assert not drawn.keys() & OF_ANY_RUN
     for name, figure in drawn.items():
+        assert cut_off(figure) == [], name
         assert figure.legends or all(ax.get_legend() for ax in figure.axes), name
         assert all(ax.lines and ax.get_xlim()[1] > 0 for ax in figure.axes), name
         assert all("(" in ax.get_ylabel() for ax in figure.axes if ax.get_ylabel()), name

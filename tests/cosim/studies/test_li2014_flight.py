@@ -15,6 +15,8 @@ from cosim.studies.papers.claims import judge
 from cosim.studies.papers.li2014 import spectrum, system
 from cosim.system import Experiment, System
 
+from ..figures import cut_off
+
 ZERO = [0.0, 0.0, 0.0]
 INPUTS = ("f_command_S", "tau_command_S", "tau_command_T", "f_dist_S", "tau_dist_S")
 
@@ -151,7 +153,9 @@ class TestWhatHolds:
             assert spectrum.contact(runs[name]) is None
 
     def test_figures(self, runs):
-        assert set(PAPERS["li2014"].draw(runs)) == {
+        drawn = PAPERS["li2014"].draw(runs)
+        assert all(cut_off(figure) == [] for figure in drawn.values())
+        assert set(drawn) == {
             "fig01_relative_position",
             "fig02_attitude",
             "fig03_relative_attitude",

@@ -10,6 +10,8 @@ from cosim.results.result import Result
 from cosim.studies import plots
 from cosim.studies.plots import estimates, overlay, pages, shown, variables
 
+from ..figures import cut_off
+
 T = np.linspace(0.0, 10.0, 101)
 
 
@@ -208,6 +210,10 @@ def sensed(**more) -> Result:
     )
 
 
+def with_unit(schema, name, unit):
+    return pa.schema([field(f.name, unit) if f.name.startswith(name) else f for f in schema])
+
+
 class TestEstimates:
     def test_what_is_estimated_less_the_truth_in_its_unit(self):
         drawn = estimates.draw_estimates({"run": sensed()})
@@ -325,10 +331,8 @@ class TestFiles:
 
     @pytest.mark.parametrize("size", [(4.0, 3.0), (6.0, 4.0), (12.0, 3.0)])
     def test_at_any_size_title_legend_and_labels_lie_inside(self, size):
-        from ..figures import outside
-
         runs = {"a run with a rather long name": flight(1.0), "another run with a long name": flight(2.0)}
         (figure,) = plots.draw_variables(runs, ["*"]).values()
         figure.suptitle("A title that has a good many words, more than there is room for on a small page of a paper")
         plots.style.resize(figure, *size)
-        assert outside(figure) == []
+        assert cut_off(figure) == []

@@ -14,6 +14,7 @@ from cosim.studies.papers.xiao2011 import gain, storage, system, tracking
 from cosim.system.expand import wire
 from fmus.export.python.in_process import describe_in_process
 
+from ..figures import OF_ANY_RUN, cut_off
 from . import xiao2011_reference as outside
 
 NAMES = list(papers.PAPERS["xiao2011"].experiments)
@@ -305,7 +306,9 @@ def test_figures_are_those_of_the_paper(tmp_path):
         "moving_angles",
         "storage_function",
     ]
+    assert not drawn.keys() & OF_ANY_RUN
     for name, figure in drawn.items():
+        assert cut_off(figure) == [], name
         assert all(ax.lines for ax in figure.axes), name
         assert figure.legends or "modes" in name, name
     legend = [text.get_text() for text in drawn["fig01_fig05_angles_L"].legends[0].texts]
@@ -317,6 +320,9 @@ def test_figures_are_those_of_the_paper(tmp_path):
 
 
 def test_figures_of_one_run():
+    for name in ("xiao2011-l2gain-printed", "xiao2011-l2gain-tracking-no-feedforward"):  # the longest names
+        for figure in papers.draw_run(name, synthetic(time=T[:600])).values():
+            assert cut_off(figure) == [], name
     drawn = papers.draw_run("xiao2011-pid", synthetic(time=T[:600]))
     assert {"fig01_fig05_angles_S", "fig03_fig07_torque_S", "attitude_error"} <= set(drawn)
     assert not any(name.endswith("_L") for name in drawn)

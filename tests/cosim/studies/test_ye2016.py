@@ -20,6 +20,8 @@ from cosim.system import Value
 from cosim.system.expand import wire
 from fmus.export.python.in_process import describe_in_process
 
+from ..figures import OF_ANY_RUN, cut_off
+
 NAMES = [
     "ye2016-nonadaptive",
     "ye2016-adaptive",
@@ -301,7 +303,9 @@ def test_figures_are_those_of_the_paper(tmp_path):
         "storage_function",
         "wanted_torque",
     ]
+    assert not drawn.keys() & OF_ANY_RUN
     assert all(figure.legends for figure in drawn.values())
+    assert {name: cut for name, figure in drawn.items() if (cut := cut_off(figure))} == {}
     texts = [text.get_text() for text in drawn["fig02_fig04_attitude_error"].legends[0].texts]
     assert len(texts) == 9 and {"0.3 rad", "0.003 rad"} < set(texts)
     missing = drawn["wanted_torque"].axes[3].lines[0].get_ydata()

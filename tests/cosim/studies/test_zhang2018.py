@@ -15,6 +15,7 @@ from cosim.system import Value
 from cosim.system.expand import wire
 from fmus.export.python.in_process import describe_in_process
 
+from ..figures import OF_ANY_RUN, cut_off
 from . import zhang2018_reference as outside
 
 PPATC, ATC, PPATC_HALF, ATC_HALF = "zhang2018-ppatc", "zhang2018-atc", "zhang2018-ppatc-half", "zhang2018-atc-half"
@@ -332,6 +333,9 @@ def test_figures_are_those_of_the_paper():
     other = papers.PAPERS["zhang2018"].draw(in_radians(runs))
     assert list(other) == [f"{name}_radians" for name in drawn]
     assert "gains in radians" in title_of(other["fig07_torque_radians"])
+    assert not drawn.keys() & OF_ANY_RUN
+    for name, figure in (drawn | other).items():
+        assert cut_off(figure) == [], name
     for name, figure in drawn.items():
         assert figure.legends, name
         assert all(ax.lines for ax in figure.axes), name
