@@ -1,0 +1,107 @@
+"""adcs export, and FILE.ssp where a system is named."""
+
+import zipfile
+
+import pytest
+from numpy.testing import assert_array_equal
+
+from cosim import Value, load
+from cosim.results.result import Result
+from cosim.ssp.trace import FILE, SRMD, STC
+
+
+def test_a_system_goes_out_and_flies_elsewhere_as_here(adcs, folder):
+    done = adcs("export", "zhang2018-ppatc", "-o", "z.ssp")
+    assert done.status == 0 and done.out == "wrote z.ssp\n"
+    assert (
+        "other tools must be told the communication step, 1 ms; some ask for the parameter set initialValues"
+        in done.err
+    )
+    for name, out in (("zhang2018-ppatc", "a"), ("z.ssp", "b")):
+        assert adcs("run", name, "--stop", "1", "--out", out).status == 0
+    a, b = (Result.read(folder / name) for name in ("a", "b"))
+    assert a.table.equals(b.table, check_metadata=False) and len(a) == 101
+    assert b.info["components"]["plant"]["reference"] == "z.ssp#resources/FlexibleSpacecraft.fmu"
+    assert a.info["components"]["plant"]["guid"] == b.info["components"]["plant"]["guid"]
+
+
+def test_changes_go_out_too(adcs, folder):
+    done = adcs(
+        "export", "zhang2018-ppatc", "-o", "z.ssp", "--ssp", "2.0", "--step", "2ms", "--stop", "3",
+        "--set", "plant.J[1,1]=500", "--use", "controller=AdaptiveTracking",
+    )  # fmt: skip
+    assert done.status == 0 and "controller = AdaptiveTracking" in done.out
+    system, experiment = load("z.ssp")
+    assert system.components["controller"] == "z.ssp#resources/AdaptiveTracking.fmu"
+    assert (experiment.communication_step_size, experiment.stop_time) == (0.002, 3.0)
+    assert system.parameters["plant.J[1,1]"] == Value(500)
+    assert b'version="2.0" name="zhang2018-ppatc"' in zipfile.ZipFile("z.ssp").read("SystemStructure.ssd")
+
+
+def test_show_run_and_verify_take_a_package(adcs, folder):
+    assert adcs("export", "xiao2011-pid", "-o", "x.ssp", "--stop", "2").status == 0
+    shown = adcs("show", "x.ssp").out
+    assert shown.startswith("xiao2011-pid: 2 s in steps of") and "x.ssp#resources/PID.fmu" in shown
+    assert adcs("run", "x.ssp", "--stop", "1").out.startswith("finished: 1 s simulated")
+    done = adcs("verify", "x.ssp", "--stop", "1")
+    assert done.status == 0 and "xiao2011-pid by" in done.out
+
+
+def test_what_is_no_package(adcs, folder):
+    done = adcs("export", "xiao2011-pid", "-o", "x.zip")
+    assert done.status == 2 and "x.zip is no FILE.ssp" in done.err
+    done = adcs("export", "xiao2011-pidd", "-o", "x.ssp")
+    assert done.status == 2 and 'Did you mean "xiao2011-pid' in done.err and not list(folder.iterdir())
+
+
+class TestTrace:
+    def read(self, path):
+        from lxml import etree
+
+        root = etree.fromstring(zipfile.ZipFile(path).read(FILE))
+        assert root.tag == f"{{{SRMD}}}SimulationResourceMetaData"
+        return {
+            part.get("type"): {entry.get("keyword"): entry.text for entry in part.iter(f"{{{STC}}}ClassificationEntry")}
+            for part in root.iter(f"{{{STC}}}Classification")
+        }
+
+    def test_claims_and_verdicts_of_the_paper(self, adcs, folder):
+        """The same as `adcs run` prints, with what they were judged by."""
+        assert adcs("export", "zhang2018-ppatc", "-o", "z.ssp", "--trace").status == 0
+        said = self.read("z.ssp")
+        assert said["org.adcs-cosim.flight"]["status"] == "finished"
+        assert "peak torque (N.m)" in said["org.adcs-cosim.metrics"]
+        printed = adcs("run", "zhang2018-ppatc").out
+        claims = [entries for kind, entries in said.items() if ".claim." in kind]
+        assert len(claims) == printed.count("zhang2018  PPATC") == 2
+        for claim in claims:
+            assert claim["verdict"] == "reproduced" and claim["criterion"] and claim["claim"][:30] in printed
+        assert load("z.ssp")[0].name == "zhang2018-ppatc"
+
+    def test_of_a_changed_system_there_is_no_claim(self, adcs, folder):
+        done = adcs("export", "zhang2018-ppatc", "-o", "z.ssp", "--trace", "--stop", "1")
+        assert "no claims: this is no experiment of a paper as it is published" in done.err
+        assert set(self.read("z.ssp")) == {"org.adcs-cosim.flight", "org.adcs-cosim.metrics"}
+
+    @pytest.mark.slow
+    def test_it_keeps_to_its_schema(self, adcs, folder):
+        """An XML Schema 1.1, which xmlschema knows; pyssp-standard brings both."""
+        import xmlschema
+
+        from cosim.ssp.xml import schemas
+
+        assert adcs("export", "zhang2018-ppatc", "-o", "z.ssp", "--trace").status == 0
+        schema = xmlschema.XMLSchema11(str(schemas() / "SRMD11.xsd"))
+        text = zipfile.ZipFile("z.ssp").read(FILE).decode()
+        schema.validate(text)
+        with pytest.raises(xmlschema.XMLSchemaValidationError):
+            schema.validate(text.replace("keyword=", "word="))
+
+
+def test_the_python_of_it(adcs, folder):
+    """cosim.load takes a package as it takes a name."""
+    from cosim import simulate
+
+    adcs("export", "zhang2018-ppatc", "-o", "z.ssp", "--stop", "0.1")
+    here, there = (simulate(*load(name, 0.1)) for name in ("z.ssp", folder / "z.ssp"))
+    assert_array_equal(here["plant.q_BN"], there["plant.q_BN"])
