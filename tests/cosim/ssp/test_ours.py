@@ -28,6 +28,14 @@ def library():
     return Library()
 
 
+@pytest.fixture(scope="module", autouse=True)
+def unbuilt(library):
+    """FMUs go out as they are in the library: to build start values into each takes seconds (test_export.py does)."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("cosim.cli.packing.build_reference", lambda reference, *_: library(reference))
+        yield
+
+
 @pytest.fixture
 def exported(tmp_path, library):
     """Write a system and return the file."""
