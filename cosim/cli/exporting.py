@@ -43,7 +43,7 @@ def export_(
         experiment = overrides.with_experiment(experiment, step, stop)
         published = not any((use, set_, params, stop, step))
         traced = (name if published else "") if trace else None
-        how = {"ssp": ssp, "traced": traced, "platforms": platforms, "note": console.note}
-        for line in export(out, system, experiment, locate, **how):
+        told = export(out, system, experiment, locate, ssp=ssp, traced=traced, platforms=platforms, note=console.note)
+        for line in told:
             console.note(line)
         console.write_files([out])

@@ -132,3 +132,16 @@ def test_the_python_of_it(adcs, folder, unbuilt):
     adcs("export", "zhang2018-ppatc", "-o", "z.ssp", "--stop", "0.1")
     here, there = (simulate(*load(name, 0.1)) for name in ("z.ssp", folder / "z.ssp"))
     assert_array_equal(here["plant.q_BN"], there["plant.q_BN"])
+
+
+def test_one_fmu_of_a_package_in_a_system_of_ones_own(adcs, folder, unbuilt):
+    """By FILE.ssp#resources/NAME.fmu, relative to the file that names it, and on the command line."""
+    adcs("export", "zhang2018-atc", "-o", "own/z.ssp")
+    text = SYSTEM.replace('"HarmonicTorque"', '"z.ssp#resources/HarmonicTorque.fmu"')
+    (folder / "own" / "follow.py").write_text(text)
+    done = adcs("run", "own/follow.py", "--out", "a")
+    assert done.status == 0 and Result.read(folder / "a")["sum.tau_dist_B"][0][2] == 3.0
+    done = adcs(
+        "run", "zhang2018-ppatc", "--stop", "0.1", "--use", "controller=own/z.ssp#resources/AdaptiveTracking.fmu"
+    )
+    assert done.status == 0 and "controller = own/z.ssp#resources/AdaptiveTracking.fmu" in done.out

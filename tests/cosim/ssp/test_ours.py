@@ -4,7 +4,10 @@ import re
 import zipfile
 from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 from math import radians
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pyarrow as pa
 import pytest
@@ -15,8 +18,10 @@ from cosim.cli.instances import read_descriptions
 from cosim.cli.packing import export
 from cosim.errors import WiringErrors
 from cosim.ssp.errors import SspError
+from cosim.ssp.write import write
 from cosim.studies import papers
 from cosim.system.expand import wire
+from fmus.description.read import read_description
 
 from .packages import line, refused
 
@@ -48,6 +53,15 @@ def exported(tmp_path, library):
     return call
 
 
+@cache
+def described(fmu: bytes):
+    """The description of an FMU, by its bytes."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "any.fmu"
+        path.write_bytes(fmu)
+        return read_description(path)
+
+
 def same(system, other):
     """Whether systems are equal but for where their FMUs lie."""
     return replace(other, components=system.components) == system
@@ -69,11 +83,12 @@ def edited(path, old, new, member="SystemStructure.ssd"):
 @pytest.mark.parametrize(
     "name", [n if n in CHEAP else pytest.param(n, marks=pytest.mark.slow) for n in papers.describe()]
 )
-def test_every_experiment_comes_back(name, library, tmp_path):
-    from cosim.ssp.write import write
-
+def test_every_experiment_comes_back(name, library, tmp_path, monkeypatch):
+    """Descriptions are read once for each FMU, wherever it lies: that takes longer than all else here."""
+    monkeypatch.setattr("cosim.ssp.read.read_description", lambda path: described(path.read_bytes()))
     system, experiment = load(name)
-    wiring = wire(system, read_descriptions(system, library))
+    descriptions = {i: described(library(reference).read_bytes()) for i, reference in system.components.items()}
+    wiring = wire(system, descriptions)
     fmus = {instance: library(reference) for instance, reference in system.components.items()}
     for version in ("1.0", "2.0"):
         path = write(tmp_path / "a.ssp", system, experiment, wiring, fmus, version=version)
