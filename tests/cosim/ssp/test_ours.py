@@ -257,6 +257,11 @@ class TestEverythingDeclared:
             **{"held": {"a.u": 1.5}, **more},
         )
 
+    def test_steps_that_are_no_number(self, fmu, exported):
+        path = exported(self.made(fmu), Experiment(stop_time=1.0, communication_step_size=0.1))
+        said = refused(edited(path, '"steps": {"b": 2}', '"steps": {"b": [2]}'))
+        assert "its annotation org.adcs-cosim is damaged (steps of b is [2]). Without it the file is read too" in said
+
     def test_it_comes_back_and_flies_alike(self, fmu, exported, library):
         experiment = Experiment(
             stop_time=Fraction(4, 3),
