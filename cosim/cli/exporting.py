@@ -38,11 +38,12 @@ def export_(
             raise typer.BadParameter(f"{out} is no FILE.ssp", param_hint="--out")
         system, experiment = scenario.load(name, *times(stop, step))
         platforms = tuple(SUFFIXES) if platform == "all" else tuple(platform.split(","))
-        locate = Library(backend, console.note, platforms)
+        locate = Library(backend, console.note)
         system, _ = overrides.with_changes(system, use or [], params or [], set_ or [], locate, console.write_swap)
         experiment = overrides.with_experiment(experiment, step, stop)
         published = not any((use, set_, params, stop, step))
         traced = (name if published else "") if trace else None
-        for line in export(out, system, experiment, locate, ssp=ssp, traced=traced):
+        told = export(out, system, experiment, locate, ssp=ssp, traced=traced, platforms=platforms, note=console.note)
+        for line in told:
             console.note(line)
         console.write_files([out])

@@ -1,7 +1,7 @@
 """Where FMUs come from: a file as it is, or a component by name, built when it is missing or out of date."""
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 from cosim.errors import FmuError
@@ -15,19 +15,12 @@ from fmus.export.build import build_reference
 class Library:
     """Locates FMUs for one preference of back end; `note` is told lines that a user should see once.
 
-    `platforms`: those for which native FMUs that are built have a binary.
-
     A Python-only component is always built by the python back end; without a C compiler every component is. Threads may
     share a library: an FMU that two of them ask for is built once.
     """
 
-    def __init__(
-        self,
-        backend: str = "native",
-        note: Callable[[str], None] | None = None,
-        platforms: Sequence[str] = ("host",),
-    ) -> None:
-        self.backend, self.platforms = backend, tuple(platforms)
+    def __init__(self, backend: str = "native", note: Callable[[str], None] | None = None) -> None:
+        self.backend = backend
         self._note = note or (lambda _line: None)
         self._turn = threading.Lock()
 
@@ -58,7 +51,7 @@ class Library:
                 self._note(f"{error} Until then: python back end.")
 
     def _build(self, reference: Reference) -> Path:
-        return build_reference(reference, self.backend, self.platforms, announce=self._note)
+        return build_reference(reference, self.backend, announce=self._note)
 
 
 def locate(reference: Reference | Path) -> Path:

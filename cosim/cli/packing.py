@@ -4,9 +4,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib.metadata import version as version_of
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from cosim.cli.instances import read_descriptions
+from cosim.cli.instances import read_descriptions, start_values
+from cosim.cli.library import Library
 from cosim.errors import SimulationError
 from cosim.flights import simulate
 from cosim.masters.explicit import Explicit
@@ -16,29 +18,39 @@ from cosim.ssp.write import PARAMETER_SET, generated, write
 from cosim.studies import metrics, papers
 from cosim.system import Experiment, System
 from cosim.system.expand import wire
+from cosim.system.reference import is_fmu
 from cosim.system.wiring import Port, Wiring
 from cosim.time import exact_seconds, in_words
+from fmus import places
 from fmus.description.description import Scalar
 from fmus.description.units import IDENTITY
+from fmus.export.build import build_reference
 
 if TYPE_CHECKING:
     from cosim.results.result import Result
     from cosim.studies.papers.claims import Verdict
 
-Locate = Callable[[Any], Path]
-
 
 def export(
-    path: Path, system: System, experiment: Experiment, locate: Locate, *, ssp: str = "1.0", traced: str | None = None
+    path: Path,
+    system: System,
+    experiment: Experiment,
+    library: Library,
+    *,
+    ssp: str = "1.0",
+    traced: str | None = None,
+    platforms: Sequence[str] = ("host",),
+    note: Callable[[str], None] | None = None,
 ) -> list[str]:
     """Write a package, and return what is to be told of it, line by line.
 
-    `traced`: fly the experiment and write what it shows too; the name of the paper's experiment that it is, "" for
-    none. Raises `SspError`, `WiringErrors`, and what ends such a flight early.
+    Its FMUs have the system's values as start values, besides the parameter sets: some tools read none, some set
+    parameters and inputs only. FMUs of files are taken as they are. `platforms`: of the others. `note` is told what is
+    built. `traced`: fly the experiment and write what it shows too; the name of the paper's experiment that it is, ""
+    for none. Raises `SspError`, `WiringErrors`, `BuildError`, and what ends such a flight early.
     """
     tool = f"adcs-cosim {version_of('adcs-cosim')}"
-    wiring = wire(system, read_descriptions(system, locate))
-    fmus = {name: locate(reference) for name, reference in system.components.items()}
+    wiring = wire(system, read_descriptions(system, library))
     notes: list[str] = []
     if traced is not None and papers.find_owner(traced) is None:
         notes.append("no claims: this is no experiment of a paper as it is published, only its metrics are written")
@@ -46,20 +58,30 @@ def export(
     result: Result | None = None
     try:
         if traced is None:
-            result = _started(system, experiment, locate)
+            result = _started(system, experiment, library)
         else:
-            result = simulate(system, experiment, locate=locate, metrics=_measure(traced))
+            result = simulate(system, experiment, locate=library, metrics=_measure(traced))
             extra[trace.FILE] = _traced(system, experiment, traced, result, tool)
     except SimulationError as error:
         if traced is not None:
             raise
         notes.append(f"connected inputs have no start values in it, for the system does not start here: {error}")
     starts = {} if result is None else _starts(wiring, result)
-    write(path, system, experiment, wiring, fmus, version=ssp, starts=starts, tool=tool, extra=extra)
-    return [*notes, *_remarks(experiment, wiring)]
+    with TemporaryDirectory(dir=places.workshop()) as folder:
+        begun = replace(wiring, held={**starts, **wiring.held})
+        fmus = {
+            name: library(reference)
+            if is_fmu(reference)
+            else build_reference(
+                reference, library.backend, platforms, Path(folder), start_values(begun, name), name, note
+            )
+            for name, reference in system.components.items()
+        }
+        write(path, system, experiment, wiring, fmus, version=ssp, starts=starts, tool=tool, extra=extra)
+    return [*notes, *_remarks(system, experiment, wiring)]
 
 
-def _started(system: System, experiment: Experiment, locate: Locate) -> "Result":
+def _started(system: System, experiment: Experiment, locate: Library) -> "Result":
     """Return a flight of one step, whose first row is the start; the step itself may fail."""
     start, step = (
         exact_seconds(seconds, name)
@@ -122,13 +144,16 @@ def _claim(verdict: "Verdict") -> dict[str, str]:
     return {keyword: text for keyword, text in told.items() if text}
 
 
-def _remarks(experiment: Experiment, wiring: Wiring) -> Sequence[str]:
+def _remarks(system: System, experiment: Experiment, wiring: Wiring) -> Sequence[str]:
     """Return what other tools must be told, for SSP has no place for it."""
     step = in_words(exact_seconds(experiment.communication_step_size, "communication_step_size"))
     lines = [
         f"other tools must be told the communication step, {step}; some ask for the parameter set {PARAMETER_SET}",
         "they pass outputs on at communication points, as adcs run --master jacobi does: their errors are larger",
     ]
+    files = [name for name, reference in system.components.items() if is_fmu(reference)]
+    if files:
+        lines.append(f"FMUs of files are in it as they are, values only in their parameter sets: {', '.join(files)}")
     changed = [link for link in wiring.links if link.conversion != IDENTITY]
     if changed:
         first, more = changed[0], f" and {len(changed) - 1} more" if len(changed) > 1 else ""

@@ -11,7 +11,7 @@ from types import ModuleType
 
 from cosim.cli import functions
 from cosim.cli.functions import NoScenario, ScenarioError
-from cosim.ssp.package import is_package
+from cosim.ssp.package import is_package, is_packed
 from cosim.studies import papers
 from cosim.system import Experiment, System
 from cosim.system.reference import Reference, is_fmu
@@ -123,6 +123,10 @@ def _beside(folder: Path, reference: Reference) -> Reference:
     """Return a reference to a file relative to the scenario's folder as one that works from here."""
     if isinstance(reference, type):
         return reference
+    if is_packed(reference):
+        file, separator, rest = reference.partition("#")
+        there = folder / file
+        return f"{there}#{rest}" if not Path(file).is_absolute() and there.is_file() else reference
     head, separator, rest = reference.partition(".py:")
     file = Path(f"{head}.py" if separator or reference.endswith(".py") else head)
     if is_fmu(reference) or reference.endswith(".py") or separator:

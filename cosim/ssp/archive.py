@@ -8,6 +8,7 @@ import threading
 import time
 import zipfile
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 
 from cosim.ssp.errors import SspError
@@ -60,7 +61,8 @@ def write_archive(path: Path, texts: Mapping[str, bytes], files: Mapping[str, Pa
                     shutil.copyfileobj(source, target)
         places.keep(part, path)
     except OSError as error:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
         raise SspError(str(path), [f"it cannot be written: {error.strerror or error}"]) from error
     return path
 

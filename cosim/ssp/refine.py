@@ -27,6 +27,9 @@ def refined(flat: Flat, system: System, told: Mapping[str, Any]) -> System:
     for name in ("parameters", "held"):
         here[name] = {key: v for key, v in told.get(name, {}).items() if _instance(key) in ("*", *flat.components)}
     here["steps"] = {key: n for key, n in told.get("steps", {}).items() if key in flat.components}
+    for name, n in here["steps"].items():
+        if not (isinstance(n, int) or (isinstance(n, float) and n.is_integer())):
+            raise TypeError(f"steps of {name} is {n!r}")
     here["connections"] = _connections(told.get("connections", ()), flat)
     here |= {"name": system.name, "components": system.components}
     return _with_changed_values(System(**here), flat)

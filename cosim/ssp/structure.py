@@ -24,7 +24,9 @@ def read_structure(package: Package, name: str = STRUCTURE) -> Structure:
     """Read a system structure description of a package, and all that it is made of; raises `SspError`."""
     if name not in package.names:
         there = ", ".join(sorted(n for n in package.names if n.lower().endswith(".ssd"))) or "none"
-        raise SspError(package.label, [f"there is no {name} at its top, which a system needs. Descriptions: {there}"])
+        cut = "modelDescription.xml" in package.names  # the last file that is left
+        hint = ". It has the files of an FMU: it is one, or it was cut" if cut else f". Descriptions: {there}"
+        raise SspError(package.label, [f"there is no {name} at its top, which a system needs{hint}"])
     root = parse(package.text(name), f"{{{SSD}}}SystemStructureDescription", f"{package.label}#{name}")
     system = _Reader(package, name, root, itertools.count()).top()
     experiment = root.find(f"{{{SSD}}}DefaultExperiment")

@@ -1,5 +1,7 @@
 """A system's mistakes: each has its message, and all are told together."""
 
+import math
+
 import pytest
 
 from cosim.errors import UnknownName, WiringErrors
@@ -77,6 +79,24 @@ class TestConnections:
             held={"plant.tau_B[2]": 0, "plant.tau_B[3]": 0, "plant.angle": 0, "g.u": 0},
         ).links
         assert link.conversion.factor == 1e-3
+
+    def test_a_factor_and_an_offset_instead_of_the_units(self):
+        one, other = Gain("one"), Gain("other")
+        other.description = describe(inputs=["u"], outputs=["y"], units={"u": "m"})  # one.y is of unit 1
+        (link,) = wired([("one.y", "other.u", None, -2.0, 0.5)], [one, other], held={"one.u": 0}).links
+        assert link.conversion(3.0) == -5.5
+        (link,) = wired([("one.y", "other.u", None, None, 0.5)], [one, other], held={"one.u": 0}).links
+        assert link.conversion(3.0) == 3.5
+
+    def test_a_factor_that_cannot_be(self):
+        one, other = Gain("one"), Gain("other")
+        assert "one.y -> other.u has a factor or offset that is not finite: inf, 0.0" in only(
+            [("one.y", "other.u", None, math.inf)], [one, other], held={"one.u": 0}
+        )
+        one.description = describe(inputs=["u"], states={"y": True})
+        assert "has a factor or offset, but its ends are Boolean and Real: both must be Real" in only(
+            [("one.y", "other.u", None, 2.0)], [one, other], held={"one.u": 0}
+        )
 
     def test_source_must_be_an_output(self):
         slaves = [Vehicle("a"), Vehicle("b")]

@@ -1,0 +1,3 @@
+"""FMUs that every package here is made of."""
+
+from .packages import fmus as fmus
