@@ -11,6 +11,7 @@ import typer
 
 from cosim.cli import console, exporting, plotting, verifying
 from cosim.cli import inputs as feeding
+from cosim.cli.isolating import Isolate, IsolationTimeout, with_isolation
 from cosim.cli.options import (
     Backend,
     Extrapolation,
@@ -165,6 +166,8 @@ def run(
         float | None,
         typer.Option(metavar="SECONDS", help="How long a step may go on after fmi2DoStep has returned fmi2Pending."),
     ] = None,
+    isolate: Isolate = None,
+    isolation_timeout: IsolationTimeout = None,
     backend: Backend = "native",
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="Folder for the result. Default: results/SYSTEM.")
@@ -210,6 +213,7 @@ def run(
             master_tolerance,
             pending_timeout,
         )
+        system, experiment = with_isolation(system, experiment, isolate, isolation_timeout)
         folder = out if out is not None else Path("results") / system.name
         with console.progress(system.name) as progress:
             failure: SimulationError | None = None

@@ -6,6 +6,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from cosim.errors import UnknownName
 from cosim.system.reference import name_of, reference_of
 from cosim.system.timing import Timing
 from cosim.system.value import Value, plain
@@ -59,7 +60,7 @@ class System:
     that has a parameter of that name; entries of `parameters` win. `held`: input -> value for inputs without a
     connection; with `hold_unconnected` every other one is held at its FMU's start value. `inputs`: input -> `Signal`
     that feeds it, element for element; it wins over `held`. `steps`: instance -> n, it steps every n-th communication
-    step.
+    step. `isolated`: instances that fly in processes of their own; "*": all.
     """
 
     name: str
@@ -71,6 +72,7 @@ class System:
     inputs: dict[str, Any] = field(default_factory=dict)
     steps: dict[str, int] = field(default_factory=dict)
     hold_unconnected: bool = False
+    isolated: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         """Copy what the caller could change later, make arrays plain, so that equal systems compare equal."""
@@ -81,6 +83,7 @@ class System:
             object.__setattr__(self, name, {k: plain(v) for k, v in getattr(self, name).items()})
         for name in ("inputs", "steps"):
             object.__setattr__(self, name, dict(getattr(self, name)))
+        object.__setattr__(self, "isolated", tuple(self.isolated))
 
     def __repr__(self) -> str:
         """Name, instances with their FMUs, how much is between and in them."""
@@ -115,6 +118,14 @@ class System:
         return {"parameter": self.parameters, "vehicle": self.vehicle, "held": self.held, "signal": self.inputs}
 
 
+def isolated(system: System) -> frozenset[str]:
+    """Return the instances that fly in processes of their own; raises `UnknownName`."""
+    names = set(system.isolated)
+    for name in sorted(names - system.components.keys() - {"*"}):
+        raise UnknownName("component", name, "isolated", list(system.components))
+    return frozenset(system.components if "*" in names else names)
+
+
 def _told(value: Any) -> str:
     """Return a value with its unit; of an array only its size, without a unit in the variable's own."""
     number, unit = (value.value, value.unit) if isinstance(value, Value) else (value, None)
@@ -138,6 +149,8 @@ class Experiment:
 
     `pending_timeout`: how long a step may go on after fmi2DoStep has returned fmi2Pending, seconds of wall time.
 
+    `isolation_timeout`: how long a call of an isolated FMU may take before its process is ended, s of wall time.
+
     `stop_when`: a flag of a component, "plant.cage_contact": where it is there, the run ends at the first communication
     point at which the flag is above 0.5. That is a result, no failure; run.json has it as its `event`.
     """
@@ -152,6 +165,7 @@ class Experiment:
     tolerance: float | None = None
     announce_stop_time: bool = False
     pending_timeout: float = 60.0
+    isolation_timeout: float = 60.0
 
     def __post_init__(self) -> None:
         """Make the patterns a tuple; a text is one pattern."""
