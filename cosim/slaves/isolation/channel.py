@@ -32,8 +32,14 @@ whether a message comes with it.
 """
 
 _CORES = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-LOOKS = 2000 if _CORES > 1 else 0
-"""How often is looked before sleeping, some 40 ns each; with one core the other end could not even answer."""
+MASTER_LOOKS, CELL_LOOKS = (2_000, 25_000) if _CORES > 1 else (0, 0)
+"""How often is looked before sleeping, some 40 ns each: a small step takes less, and so does all else between two steps.
+
+With one core the other end could not even answer.
+"""
+
+RESTS = 100
+"""How often one sleeps at once after looks in vain: where steps are long, or the cores are busy, looking is a loss."""
 
 SLICES = 1e-3, 0.05
 """The shortest and the longest sleep before looking again, s."""
@@ -56,6 +62,7 @@ class Channel:
         self.values: FloatArray = np.frombuffer(self._map, dtype=np.float64, offset=8 * _HEAD)
         self._wake, self._data = wake, data
         self._mine, self._theirs = (REQUEST, REPLY) if master else (REPLY, REQUEST)
+        self._looks, self._rests, self._heard = MASTER_LOOKS if master else CELL_LOOKS, 0, 0
         self._i_sleep, self._it_sleeps = (MASTER_SLEEPS, CELL_SLEEPS) if master else (CELL_SLEEPS, MASTER_SLEEPS)
 
     def tell(self, message: Any = None) -> None:
@@ -77,14 +84,16 @@ class Channel:
         """
         words, place = self.words, self._theirs
         wanted = self._heard + 1
-        for _ in range(LOOKS):
-            if words[place] == wanted:
-                self._heard = wanted
-                return
+        if self._rests:
+            self._rests -= 1
+        else:
+            for _ in range(self._looks):
+                if words[place] == wanted:
+                    self._heard = wanted
+                    return
+            self._rests = RESTS
         self._sleep(wanted, timeout, look)
         self._heard = wanted
-
-    _heard = 0
 
     def _sleep(self, wanted: int, timeout: float | None, look: Callable[[], None]) -> None:
         words, place = self.words, self._theirs
