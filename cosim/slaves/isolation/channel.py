@@ -33,7 +33,7 @@ whether a message comes with it.
 
 _CORES = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 MASTER_LOOKS, CELL_LOOKS = (2_000, 25_000) if _CORES > 1 else (0, 0)
-"""How often is looked before sleeping, some 40 ns each: a small step takes less, and so does all else between two steps.
+"""How often is looked before sleeping, some 40 ns each: a small step takes less, all else between two steps too.
 
 With one core the other end could not even answer.
 """
