@@ -127,7 +127,7 @@ def show_(
     with reported():
         locate = Library(backend, console.note)
         if is_fmu(name) or building.is_component(name):
-            show.write_fmu(locate(name))
+            show.write_fmu(locate(name), foreign=is_fmu(name))
         elif flown.is_result(Path(name)) and name not in papers.describe():
             flown.write_result(Path(name))
         else:
