@@ -126,6 +126,13 @@ class CallFailed(SimulationError):
     terminated: bool = False
     waited: float | None = None
     """How long was waited for a step that stayed in fmi2Pending, s."""
+    lost: str = ""
+    """How the process of an isolated FMU was lost in the call, in words."""
+
+    @property
+    def what(self) -> str:
+        """Function and status, or how the process was lost in it."""
+        return f"in {self.function} {self.lost}" if self.lost else f"{self.function} returned {self.status}"
 
     @property
     def in_step(self) -> bool:
@@ -134,7 +141,7 @@ class CallFailed(SimulationError):
 
     def __str__(self) -> str:
         """Component, function, status, the FMU's own words."""
-        return f"{self.component}: {self.function} returned {self.status}{quoted(self.messages)}"
+        return f"{self.component}: {self.what}{quoted(self.messages)}"
 
 
 @dataclass(eq=False)
@@ -168,13 +175,15 @@ class StepFailed(SimulationError):
     """Who made the value grow, in words, where it is another than `component`."""
     waited: float | None = None
     """How long was waited for a step that stayed in fmi2Pending, s."""
+    lost: str = ""
+    """How the process of an isolated FMU was lost, and in which call, in words."""
     remedy: str = ""
     """Which exchange diverged and at which step the same flight passes, in words, where trials tell."""
 
     @property
     def is_final(self) -> bool:
         """Whether the FMU takes no other step after this one, not even from an earlier state."""
-        return self.status.endswith(("Fatal", "Pending"))
+        return bool(self.lost) or self.status.endswith(("Fatal", "Pending"))
 
     @property
     def grown(self) -> bool:
@@ -194,6 +203,8 @@ class StepFailed(SimulationError):
                 f"of waiting, at {where}; it was told to cancel it (fmi2CancelStep). Give it more time: "
                 f"pending_timeout=..., --pending-timeout SECONDS{words}"
             )
+        if self.lost:
+            return f"{self.component} was lost at {where}: {self.lost}{words}"
         last = self.last_successful_time
         reached = f" (last successful time {last:.12g} s)" if last is not None else ""
         return f"{self.component} returned {self.status} at {where}{reached}{words}"

@@ -62,8 +62,6 @@ class Flight:
                 raise problem
             with self.recorder as recorder:
                 watch = Watch(self.course.layout, schedule, recorder.block, self.patience.stop)
-                for slave in self.crew.values():
-                    slave.patience = self.patience
                 algorithm, self.flown = self.course.algorithm(self.crew, watch)
                 _tell(self.flown)
                 with interruptible(watch.stop, self._last_words) as self.asked:

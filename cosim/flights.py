@@ -32,7 +32,7 @@ from cosim.results.folder import place
 from cosim.results.result import Judge, Result
 from cosim.slaves import crew as crews
 from cosim.slaves.crew import Crew, Crews
-from cosim.slaves.opening import open_fmu
+from cosim.slaves.opening import open_fmu, open_isolated
 from cosim.slaves.pending import Patience
 from cosim.slaves.slave import Slave
 from cosim.slaves.tabulated import Tabulated
@@ -44,7 +44,7 @@ from cosim.system.overrides import with_inputs, with_parameters
 from cosim.system.reference import Reference, is_fmu, name_of, reference_of
 from cosim.system.signal import Signal
 from cosim.system.swap import SwapReport
-from cosim.system.system import Experiment, System
+from cosim.system.system import Experiment, System, isolated
 from cosim.system.wiring import Wiring
 from cosim.time import Schedule, exact_seconds
 
@@ -91,7 +91,7 @@ def prepare(
     FMUs, by instance name. `swaps` go into run.json, and the value of `metrics(result)`, which is `result.metrics`.
     Raises `FmuError`, `WiringErrors`.
     """
-    given = dict(slaves or {})
+    given, alone, opened = dict(slaves or {}), isolated(system), (open_fmu, open_isolated)
     paths = {name: find(r, locate) for name, r in system.components.items() if name not in given}
     made = False
 
@@ -103,7 +103,7 @@ def prepare(
                 f"instances that are given ({names}) fly one flight at a time", "Prepare one more system."
             )
         made = True
-        return {name: given[name] if name in given else open_fmu(name, paths[name]) for name in system.components}
+        return {n: given[n] if n in given else opened[n in alone](n, paths[n]) for n in system.components}
 
     return Prepared(system, paths, make, swaps, metrics)
 
@@ -216,7 +216,7 @@ class Prepared:
         if folder is not None and not overwrite:
             story.refuse_existing(folder)
         experiment = experiment if record is None else replace(experiment, record=record)
-        patience = Patience(experiment.pending_timeout)
+        patience = Patience(experiment.pending_timeout, experiment.isolation_timeout)
         plan = self._plan(experiment, parameters, tuple(experiment.record), inputs)
         for line in plan.info["warnings"]:
             warn(line)
@@ -229,6 +229,8 @@ class Prepared:
             schedule = plan.course.schedule
             stop = schedule.time(schedule.steps) if experiment.announce_stop_time else None
             slaves: Crew = {**crew, **plan.tabulated()}
+            for slave in slaves.values():
+                slave.patience = patience
             point = plan.initialization.start(slaves, schedule.time(0), experiment.tolerance, stop)
             with claimed(folder):
                 if folder is not None:

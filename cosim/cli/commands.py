@@ -12,6 +12,7 @@ import typer
 from cosim.cli import building, comparing, completion, console, exporting, plotting, verifying
 from cosim.cli import events as happening
 from cosim.cli import inputs as feeding
+from cosim.cli.isolating import Isolate, IsolationTimeout, with_isolation
 from cosim.cli.options import (
     Backend,
     Extrapolation,
@@ -104,7 +105,7 @@ def show_(
     with reported():
         locate = Library(backend, console.note)
         if is_fmu(name):
-            show.write_fmu(locate(name))
+            show.write_fmu(locate(name), foreign=True)
         elif is_component(name):
             component_page.write_component(name)
         elif flown.is_result(Path(name)) and name not in papers.describe():
@@ -152,6 +153,8 @@ def run(
         float | None,
         typer.Option(metavar="SECONDS", help="How long a step may go on after fmi2DoStep has returned fmi2Pending."),
     ] = None,
+    isolate: Isolate = None,
+    isolation_timeout: IsolationTimeout = None,
     backend: Backend = "native",
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="Folder for the result. Default: results/SYSTEM.")
@@ -198,6 +201,7 @@ def run(
             pending_timeout,
         )
         experiment = happening.with_events(experiment, at or [], changes or [])
+        system, experiment = with_isolation(system, experiment, isolate, isolation_timeout)
         folder = out if out is not None else Path("results") / system.name
         with console.progress(system.name) as progress:
             failure: SimulationError | None = None

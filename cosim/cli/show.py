@@ -5,7 +5,7 @@ import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
-from cosim.cli import console
+from cosim.cli import console, interface
 from cosim.cli.instances import Locate, read_descriptions
 from cosim.masters.explicit import Explicit
 from cosim.masters.implicit.cut import stages
@@ -81,8 +81,8 @@ def _loops(wiring: Wiring, master: MasterSettings) -> list[tuple[Sequence[str], 
     ]
 
 
-def write_fmu(path: Path) -> None:
-    """Print the description of an FMU."""
+def write_fmu(path: Path, *, foreign: bool) -> None:
+    """Print the description of an FMU; of one that is `foreign` what its file says beyond, and whether it runs here."""
     fmu = read_description(path)
     date = f" on {fmu.generation_date}" if fmu.generation_date else ""
     made = [f"{fmu.model_name}: {fmu.description}", f"made by {fmu.generation_tool}{date}, GUID {fmu.guid}"]
@@ -99,9 +99,10 @@ def write_fmu(path: Path) -> None:
         if base.startswith("der("):
             continue
         size = f"[{','.join(map(str, group.shape))}]" if group.shape else ""
-        kind = (first.causality, first.variability, first.unit or "")
-        rows.append((f"{base}{size}", *kind, _start(fmu, group), first.description))
-    heads = ("variable", "causality", "variability", "unit", "start", "description")
+        kind = (interface.type_of(first), first.causality, first.variability, first.unit or "")
+        limits = interface.range_in_words(fmu, group)
+        rows.append((f"{base}{size}", *kind, _start(fmu, group), limits, first.description))
+    heads = ("variable", "type", "causality", "variability", "unit", "start", "range", "description")
     console.write_table(heads, rows, whole=(0, 1, 2, 3))
     can = {
         "input interpolation": fmu.can_interpolate_inputs,
@@ -114,6 +115,8 @@ def write_fmu(path: Path) -> None:
     lines = ["", "direct feedthrough:", *([f"  {line}" for line in _feedthrough("", fmu)] or ["  none"])]
     lines += ["", *(f"{name}: {'yes' if offered else 'no'}" for name, offered in can.items())]
     console.write("\n".join(lines))
+    if foreign:
+        interface.write(path, fmu)
 
 
 def _connections(system: System, wiring: Wiring) -> list[tuple[str, str, str, str]]:

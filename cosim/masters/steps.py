@@ -107,7 +107,10 @@ def failed_step(error: CallFailed, t: float, h: float) -> StepFailed:
     """Return a failed call as the failed step that it is; t, h: start and size of the component's step, s."""
     status = error.status if error.in_step else f"{error.status} from {error.function}"
     last, terminated = error.last_successful_time, error.terminated and error.in_step
-    return StepFailed(error.component, status, t, h, last, error.messages, terminated=terminated, waited=error.waited)
+    lost = error.what if error.lost else ""
+    return StepFailed(
+        error.component, status, t, h, last, error.messages, terminated=terminated, waited=error.waited, lost=lost
+    )
 
 
 def not_finite(turn: Turn, slave: Slave, t: float, h: float, slot: int, value: float) -> StepFailed:

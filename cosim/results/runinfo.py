@@ -17,6 +17,7 @@ from cosim.system import Experiment, System
 from cosim.system.reference import name_of
 from cosim.system.shared import disagreements
 from cosim.system.swap import SwapReport
+from cosim.system.system import isolated
 from cosim.system.timing import remarks
 from cosim.system.wiring import Port, Wiring
 from cosim.time import Schedule
@@ -37,7 +38,7 @@ def setup(
     swaps: Sequence[SwapReport],
 ) -> dict[str, Any]:
     """Return what is known before the first step; `schedule`: the experiment's, `wiring` has the timings flown."""
-    columns = course.layout.columns
+    columns, alone = course.layout.columns, isolated(system)
     last = schedule.stop - schedule.count(schedule.steps - 1)
     return {
         "system": system.name,
@@ -46,6 +47,7 @@ def setup(
         "platform": {"system": sys.platform, "machine": platform.machine()},
         "components": {
             name: _component(name_of(system.components[name]), description, paths.get(name), wiring.period(name))
+            | {"isolated": name in alone}
             for name, description in wiring.fmus.items()
         },
         "stepping_order": [name for name in course.order if name not in wiring.feeds],
@@ -59,6 +61,7 @@ def setup(
         "stop_when": experiment.stop_when,
         "tolerance": experiment.tolerance,
         "announce_stop_time": experiment.announce_stop_time,
+        "isolation_timeout": experiment.isolation_timeout,
         "connections": _connections(wiring),
         "parameters": values(wiring, wiring.settings),
         "held": values(wiring, wiring.held),

@@ -23,3 +23,10 @@ def open_fmu(name: str, path: Path) -> Slave:
     from cosim.slaves.fmi2 import FmuSlave
 
     return FmuSlave(name, path)
+
+
+def open_isolated(name: str, path: Path) -> Slave:
+    """Return an instance of an FMU file in a process of its own; raises `FmuError`."""
+    from cosim.slaves.isolation.isolated import Isolated
+
+    return Isolated(name, path)

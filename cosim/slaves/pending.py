@@ -19,15 +19,17 @@ DEFAULT = 60.0
 
 @dataclass(frozen=True)
 class Patience:
-    """How long a step may stay pending, s, and the flag that ends the wait where it is not 0."""
+    """How long a step may stay pending and any call of an isolated FMU take, s; a flag that is not 0 ends the wait."""
 
     timeout: float = DEFAULT
+    call: float = DEFAULT
     stop: ctypes.c_int = field(default_factory=ctypes.c_int)
 
     def __post_init__(self) -> None:
         """Raise `TimeError` for a time that is none."""
-        if not 0 < self.timeout < float("inf"):
-            raise TimeError("pending_timeout", self.timeout, "it must be above 0 and finite", "60")
+        for name, value in (("pending_timeout", self.timeout), ("isolation_timeout", self.call)):
+            if not 0 < value < float("inf"):
+                raise TimeError(name, value, "it must be above 0 and finite", "60")
 
     def wait(self, status: Callable[[], int | None], pending: int) -> tuple[int, int]:
         """Ask for the status of a step until it is not `pending`; return it, and why it stays so, 0 where it does not.

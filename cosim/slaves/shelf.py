@@ -23,6 +23,7 @@ from fmus.description.archive import extract
 from fmus.description.description import ModelDescription
 from fmus.description.errors import FmuError
 from fmus.description.read import read_description
+from fmus.from_sources import compile_sources
 
 _log = logging.getLogger(__name__)
 
@@ -72,7 +73,8 @@ class Shelf:
         """Return the folder of an extracted FMU: one for all of its instances, or `own_copy` one that no other has.
 
         One that has been emptied meanwhile, as what cleans temporary folders does, is extracted again, with a line.
-        Raises `FmuError` for a file that has no binary for this platform, or cannot be extracted.
+        One that has C sources and no binary for this platform is compiled there. Raises `FmuError` for a file that has
+        neither, or cannot be extracted.
         """
         stamp = stamp_of(path)
         with self._lock:
@@ -81,9 +83,11 @@ class Shelf:
             if key in self._folders and not _is_whole(self._files[self._folders[key]]):
                 _log.warning("%s, extracted from %s, was emptied: it is extracted again", self._folders.pop(key), path)
             if key not in self._folders:
-                _refuse_foreign(path)
+                has_binary = _has_binary(path)
                 try:
                     folder = extract(path, Path(mkdtemp(dir=places.extracted())))
+                    if not has_binary:
+                        compile_sources(path, folder, self.description(path))
                     self._folders[key], self._files[folder] = folder, _filled(folder)
                 except OSError as error:
                     raise FmuError(path, f"it cannot be extracted: {error}") from error
@@ -144,12 +148,13 @@ def _is_whole(files: list[Path]) -> bool:
         return False
 
 
-def _refuse_foreign(path: Path) -> None:
+def _has_binary(path: Path) -> bool:
+    """Whether an FMU has a binary for this platform, False where it has C sources; raises `FmuError` for neither."""
     offered = fmpy.supported_platforms(str(path))
-    if fmpy.platform not in offered:
-        there = ", ".join(p for p in offered if p != "c-code") or "none"
-        advice = " It has C sources: fmpy compile builds them." if "c-code" in offered else ""
-        raise FmuError(path, f"it has no binary for this platform: needed {fmpy.platform}, there: {there}.{advice}")
+    if fmpy.platform in offered or "c-code" in offered:
+        return fmpy.platform in offered
+    there = ", ".join(offered) or "none"
+    raise FmuError(path, f"it has no binary for this platform: needed {fmpy.platform}, there: {there}.")
 
 
 SHELF = Shelf()

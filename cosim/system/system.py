@@ -6,6 +6,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from cosim.errors import UnknownName
 from cosim.system.reference import name_of, reference_of
 from cosim.system.timing import Timing
 from cosim.system.value import Value, plain
@@ -59,7 +60,8 @@ class System:
     that has a parameter of that name; entries of `parameters` win. `held`: input -> value for inputs without a
     connection; with `hold_unconnected` every other one is held at its FMU's start value. `inputs`: input -> `Signal`
     that feeds it, element for element; it wins over `held`. `steps`: instance -> n, it steps every n-th communication
-    step. `source`: what it was loaded from, for run.json.
+    step. `isolated`: instances that fly in processes of their own; "*": all. `source`: what it was loaded from, for
+    run.json.
     """
 
     name: str
@@ -71,6 +73,7 @@ class System:
     inputs: dict[str, Any] = field(default_factory=dict)
     steps: dict[str, int] = field(default_factory=dict)
     hold_unconnected: bool = False
+    isolated: Sequence[str] = ()
     source: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
@@ -82,6 +85,7 @@ class System:
             object.__setattr__(self, name, {k: plain(v) for k, v in getattr(self, name).items()})
         for name in ("inputs", "steps"):
             object.__setattr__(self, name, dict(getattr(self, name)))
+        object.__setattr__(self, "isolated", tuple(self.isolated))
 
     def __repr__(self) -> str:
         """Name, instances with their FMUs, how much is between and in them."""
@@ -114,6 +118,14 @@ class System:
 
     def _given(self) -> dict[str, dict[str, Any]]:
         return {"parameter": self.parameters, "vehicle": self.vehicle, "held": self.held, "signal": self.inputs}
+
+
+def isolated(system: System) -> frozenset[str]:
+    """Return the instances that fly in processes of their own; raises `UnknownName`."""
+    names = set(system.isolated)
+    for name in sorted(names - system.components.keys() - {"*"}):
+        raise UnknownName("component", name, "isolated", list(system.components))
+    return frozenset(system.components if "*" in names else names)
 
 
 def _told(value: Any) -> str:
@@ -151,6 +163,8 @@ class Experiment:
 
     `pending_timeout`: how long a step may go on after fmi2DoStep has returned fmi2Pending, seconds of wall time.
 
+    `isolation_timeout`: how long a call of an isolated FMU may take before its process is ended, s of wall time.
+
     `stop_when`: a flag of a component, "plant.cage_contact": where it is there, the run ends at the first communication
     point at which the flag is above 0.5. That is a result, no failure; run.json has it as its `event`.
 
@@ -169,6 +183,7 @@ class Experiment:
     announce_stop_time: bool = False
     pending_timeout: float = 60.0
     events: Sequence[At] = ()
+    isolation_timeout: float = 60.0
 
     def __post_init__(self) -> None:
         """Make the patterns a tuple; a text is one pattern. Make the events one too."""

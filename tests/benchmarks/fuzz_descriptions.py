@@ -81,9 +81,8 @@ ATTRIBUTE = re.compile(r' \w+="[^"]*"')
 ELEMENT = re.compile(r"<(\w+)(?: [^>]*)?/>|<(\w+)(?: [^>]*)?>(?:(?!</?\2).)*</\2>\n?", re.DOTALL)
 
 
-def mutated_text(chance: random.Random) -> str:
+def mutated_text(chance: random.Random, text: str = XML) -> str:
     """Change, lose or swap attributes, lose, double or move elements; of one in eight the letters too."""
-    text = XML
     for _ in range(chance.randint(1, 3)):
         kind = chance.choice(("value",) * 5 + ("attribute", "attribute", "lost", "twice", "moved"))
         pattern = ATTRIBUTE if kind in ("value", "attribute") else ELEMENT

@@ -131,7 +131,7 @@ class Initialization:
                     error = reason
                     break
                 return _not_finite(c, values.values, slaves[c.name])
-        return InitializationFailed(error.component, f"{error.function} returned {error.status}", error.messages)
+        return InitializationFailed(error.component, error.what, error.messages)
 
 
 def _settings(wiring: Wiring) -> Settings:

@@ -142,8 +142,8 @@ class TestShow:
     def test_an_fmu_and_a_component(self, adcs, folder):
         adcs("build", "FlexibleSpacecraft", "-o", ".")
         text = adcs("show", "FlexibleSpacecraft.fmu").out
-        assert re.search(r"J\[3,3\] +parameter +fixed +kg.m2 +\[\[300, 0, 0\], \[0,", text)
-        assert re.search(r"omega_BN_B\[3\] +output +continuous +rad/s +0 +body rate", text)
+        assert re.search(r"J\[3,3\] +Real +parameter +fixed +kg.m2 +\[\[300, 0, 0\], \[0,", text)
+        assert re.search(r"omega_BN_B\[3\] +Real +output +continuous +rad/s +0 +body rate", text)
         assert "directional derivatives: yes" in text
         assert adcs("show", "FlexibleSpacecraft").out.startswith("FlexibleSpacecraft: Rigid hub with elastic")
 

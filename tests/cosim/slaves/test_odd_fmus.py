@@ -14,7 +14,7 @@ from cosim.masters.explicit import Explicit
 from cosim.masters.kernel import library as kernels
 from fmus import places, toolchain
 
-from .. import c_fmu, tiny_fmu
+from .. import arrays_fmu, ball_fmu, c_fmu, tiny_fmu
 from ..c_fmu import real
 
 STEP = "m->state[0] += h * u;"
@@ -175,6 +175,44 @@ class TestLibrariesThatItNeeds:
     def test_not_there_at_all(self, tmp_path):
         with pytest.raises(FmuError, match=r"libnowhere.so, which is not on this machine: install it, or set LD_LIB"):
             fly(self.needing(tmp_path, "libnowhere.so", beside=False))
+
+
+class TestSources:
+    @pytest.mark.parametrize("version", ["2", "3"])
+    def test_without_a_binary_they_are_compiled(self, tmp_path, version):
+        """The ball of FMI 2.0, listed in modelDescription.xml, and the arrays of 3.0, with a list of their own."""
+        if version == "2":
+            path = ball_fmu.build(tmp_path, binary=False)
+            assert fly(path)["a.bounces"][-1] == 1
+            return
+        whole = arrays_fmu.build(tmp_path)
+        path = tiny_fmu.changed(whole, tmp_path / "s.fmu", keep=lambda name: not name.startswith("binaries"))
+        code = (tmp_path / "arrays-source" / "fmu.c").read_text().replace("h * m->u[i]", "FACTOR * h * m->u[i]")
+        listed = (
+            '<fmiBuildDescription fmiVersion="3.0"><BuildConfiguration modelIdentifier="Arrays">'
+            '<SourceFileSet language="C99"><SourceFile name="fmu.c"/><PreprocessorDefinition name="FACTOR" value="2"/>'
+            "</SourceFileSet></BuildConfiguration></fmiBuildDescription>"
+        )
+        with zipfile.ZipFile(path, "a") as archive:
+            archive.writestr("sources/fmu.c", code)
+            archive.writestr("sources/buildDescription.xml", listed)
+        system = System(name="s", components={"a": str(path)}, hold_unconnected=True, held={"a.u": [1.0, 0.0, 0.0]})
+        result = simulate(system, Experiment(stop_time=1.0, communication_step_size=0.25))
+        assert result["a.x[1]"][-1] == 7.0
+
+    def test_what_does_not_compile_is_told(self, tmp_path):
+        path = ball_fmu.build(tmp_path, binary=False)
+        with zipfile.ZipFile(path) as old, zipfile.ZipFile(tmp_path / "b.fmu", "w") as new:
+            new.writestr("modelDescription.xml", old.read("modelDescription.xml"))
+            new.writestr("sources/ball.c", "this is no C")
+        with pytest.raises(FmuError, match=r"it has no binary for \w+, and its sources cannot be compiled"):
+            fly(tmp_path / "b.fmu")
+
+    def test_what_is_not_listed(self, tmp_path):
+        text = ball_fmu.XML.replace('<SourceFiles><File name="ball.c"/></SourceFiles>', "")
+        path = ball_fmu.build(tmp_path, text, binary=False)
+        with pytest.raises(FmuError, match=r"and its modelDescription\.xml lists no sources"):
+            fly(path)
 
 
 def test_resources_are_where_it_is_told(tmp_path):
