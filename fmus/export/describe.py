@@ -16,7 +16,7 @@ from components.framework.units import UNITS, rate_unit
 from fmus.description.annotations import TOOL
 from fmus.description.description import DefaultExperiment, ModelDescription, ScalarVariable
 from fmus.description.units import EXPONENTS, BaseUnit, Conversion, Unit
-from fmus.export.regions import Regions, regions_of
+from fmus.export.regions import Regions, regions_of, step_taken
 
 LOG_CATEGORIES = ("logAll", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal")
 Rows = Sequence[dict[str, list[int]]]  # for each scalar: region -> the indices in it that it depends on
@@ -130,6 +130,9 @@ def _variables(part: Component, regions: Regions) -> Iterator[ScalarVariable]:
                 description=v.doc,
             )
             at += 1
+    for v in step_taken(part):
+        yield ScalarVariable(v.name, at, variability="discrete", initial="calculated", unit=v.unit, description=v.doc)
+        at += 1
     for x in part.states if regions.size["d"] else ():
         unit = rate_unit(x.unit)
         for name in x.elements():
