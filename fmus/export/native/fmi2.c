@@ -6,9 +6,11 @@
  *   model.c   the component's functions of flat vectors; which of them exist is seen from CasADi's macros <name>_SZ_ARG
  *
  * One flat vector holds every variable, a value reference is an index into it (sizes NP, NC, ... from model.h):
- *   v = [ p parameters | c calculated parameters | u inputs | x states | y outputs that are no states | d rates of x ]
+ *   v = [ p parameters | c calculated parameters | u inputs | x states | y outputs that are no states | s | d rates of x ]
  * The first NE of y have a start that is set, from which `initial` calculates states; it stands while nothing is set or stepped.
- * m, beside it, are the step means: outputs that are the mean of a rate over the last step.
+ * m, beside it, are the step means: outputs that are the mean of a rate over the last step. k and g are what equations
+ * keep that follows from parameters, and from parameters and inputs (native/cut.py): k belongs to p and c, g to their
+ * values and to inputs that are kept with it. s is the internal step taken, where there are any.
  *
  * One translation unit: all but the fmi2 functions is static. No mutable static data, no heap in fmi2DoStep.
  * Numbers equal those of the Python twin bit for bit where the compiler contracts no products (-ffp-contract=off).
@@ -56,17 +58,27 @@ enum { FIELD = 1 }; /* in the text of a condition: the place of a number */
 
 /* ---- data ------------------------------------------------------------------------------------------------------- */
 
-enum { P0 = 0, C0 = P0 + NP, U0 = C0 + NC, X0 = U0 + NU, Y0 = X0 + NX, D0 = Y0 + NY, NV = D0 + ND };
+enum { P0 = 0, C0 = P0 + NP, U0 = C0 + NC, X0 = U0 + NU, Y0 = X0 + NX, S0 = Y0 + NY, D0 = S0 + NS, NV = D0 + ND };
 
 #define TICK 1e-9      /* s, how near to a communication point a sample counts as due there */
 #define MOST_STEPS 1e9 /* internal steps or samples in a communication step */
 
 typedef enum { INSTANTIATED = 1, INITIALIZATION = 2, STEPPING = 4, TERMINATED = 8, FAILED = 16, ANY = 31 } Mode;
 
+typedef struct { /* g with the inputs that it belongs to */
+    double u[NU + 1], g[NG + 1];
+    int64_t known; /* what is: NOTHING, g of the rates, all of it */
+} Held;
+
+enum { NOTHING = 0, OF_RATES = 1, ALL = 2 };
+
 typedef struct { /* everything that an FMU state holds: plain data, no pointers */
     double t, t0, stop;
     double v[NV + 1], m[NM + 1];
     double u1[NU + 1], u2[NU + 1], u3[NU + 1]; /* input derivatives of order 1, 2, 3 */
+    double k[NK + 1];
+    double automatic; /* s, longest internal step where none is set; 0: to be found */
+    Held held;
     double x_next[NX + 1];         /* sampled: states after the sample that the outputs show */
     int64_t sample;                /* sampled: index of the next sample */
     int32_t mode, stop_defined;
@@ -95,7 +107,7 @@ typedef struct { /* an FMU state as a host keeps it, in memory or as bytes; its 
 } Saved;
 
 static const char MAGIC[8] = {'a', 'd', 'c', 's', 'f', 'm', 'u', '2'};
-enum { SAVED_VERSION = 4 };
+enum { SAVED_VERSION = 5 };
 
 /* ---- messages --------------------------------------------------------------------------------------------------- */
 
@@ -196,12 +208,36 @@ static void inputs_at(const State *s, double since, double *u)
         u[i] = U(s->v)[i] + since * (s->u1[i] + 0.5 * since * (s->u2[i] + since * s->u3[i] / 3));
 }
 
+/* Whether n numbers are the same bits: zeros with and without sign may part what is made of them. */
+static int same(const double *a, const double *b, size_t n) { return memcmp(a, b, n * sizeof *a) == 0; }
+
 static void forget_input_derivatives(State *s)
 {
     memset(s->u1, 0, sizeof s->u1);
     memset(s->u2, 0, sizeof s->u2);
     memset(s->u3, 0, sizeof s->u3);
 }
+
+#if !SAMPLED
+/* Keep inputs u with g of them, OF_RATES or ALL. */
+static void hold(const State *s, Held *own, const double *u, int what)
+{
+    if (own->known >= what && same(own->u, u, NU)) return;
+    memcpy(own->u, u, NU * sizeof *u);
+    own->known = ALL;
+#ifdef held_rates_SZ_ARG
+    if (what == OF_RATES) {
+        CALL(held_rates, IN(u, P(s->v), C(s->v), s->k), OUT(own->g));
+        own->known = OF_RATES;
+        return;
+    }
+#endif
+#ifdef held_SZ_ARG
+    CALL(held, IN(u, P(s->v), C(s->v), s->k), OUT(own->g));
+#endif
+    (void)s, (void)what;
+}
+#endif
 
 /* Bring up to date what follows from parameters and, in initialization mode, from initial values. */
 static void settle(State *s)
@@ -211,6 +247,11 @@ static void settle(State *s)
 #ifdef calculate_SZ_ARG
     CALL(calculate, IN(P(s->v)), OUT(C(s->v)));
 #endif
+#ifdef fixed_SZ_ARG
+    CALL(fixed, IN(P(s->v), C(s->v)), OUT(s->k));
+#endif
+    s->held.known = NOTHING;
+    s->automatic = 0;
     if (s->mode != INITIALIZATION) return;
 #ifdef initial_SZ_ARG
     {
@@ -229,10 +270,10 @@ static void settle(State *s)
 static void sample_at(State *s, double t, const double *u)
 {
 #ifdef update_SZ_ARG
-    CALL(update, IN(&t, X(s->v), u, P(s->v), C(s->v)), OUT(s->x_next));
+    CALL(update, IN(&t, X(s->v), u, P(s->v), C(s->v), s->k, NULL), OUT(s->x_next));
 #endif
 #ifdef outputs_SZ_ARG
-    CALL(outputs, IN(&t, s->x_next, u, P(s->v), C(s->v), s->m), OUT(Y(s->v)));
+    CALL(outputs, IN(&t, s->x_next, u, P(s->v), C(s->v), s->m, s->k, NULL), OUT(Y(s->v)));
 #endif
     (void)t, (void)u;
 }
@@ -242,7 +283,8 @@ static void sample_at(State *s, double t, const double *u)
 /* Bring outputs, state derivatives and rates of outputs up to date at once: they have much in common. */
 static void observe(State *s)
 {
-    CALL(slopes, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), s->m, s->u1), OUT(Y(s->v), D(s->v), s->dy));
+    CALL(slopes, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), s->m, s->u1, s->k, NULL),
+         OUT(Y(s->v), D(s->v), s->dy));
     s->y_old = s->d_old = s->dy_old = 0;
 }
 #endif
@@ -265,7 +307,8 @@ static void show(State *s)
     {
         double set[NE + 1];
         memcpy(set, Y(s->v), NE * sizeof set[0]);
-        CALL(outputs, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), s->m), OUT(Y(s->v)));
+        if (OUTPUTS_HELD) hold(s, &s->held, U(s->v), ALL);
+        CALL(outputs, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), s->m, s->k, s->held.g), OUT(Y(s->v)));
         if (s->mode == INITIALIZATION) memcpy(Y(s->v), set, NE * sizeof set[0]);
     }
 #endif
@@ -278,22 +321,26 @@ static void rate(State *s)
     if (!s->d_old) return;
     s->d_old = 0;
 #ifdef rates_SZ_ARG
-    CALL(rates, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v)), OUT(D(s->v)));
+    hold(s, &s->held, U(s->v), OF_RATES);
+    CALL(rates, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), s->k, s->held.g), OUT(D(s->v)));
 #endif
 }
 
-/* Put the rates of states and outputs into a vector like v: y' = dy/dt + dy/dx x' + dy/du u', step means held. */
-static void slope(State *s, double *r)
+/* Put the rates of states, and where asked for those of outputs, into a vector like v: y' = dy/dt + dy/dx x' + dy/du u',
+ * step means held. */
+static void slope(State *s, int of_outputs, double *r)
 {
     settle(s);
 #if !SAMPLED && defined slopes_SZ_ARG
-    s->dy_asked = 1;
-    if (s->dy_old) observe(s);
-    memcpy(Y(r), s->dy, NY * sizeof r[0]);
-#else
-    rate(s);
+    if (of_outputs) {
+        s->dy_asked = 1;
+        if (s->dy_old) observe(s);
+        memcpy(Y(r), s->dy, NY * sizeof r[0]);
+    }
 #endif
+    rate(s);
     memcpy(X(r), D(s->v), ND * sizeof r[0]);
+    (void)of_outputs;
 }
 
 /* Directional derivative of c, x, y and d along a seed of time and of p, u and x, in initialization mode of the outputs
@@ -465,10 +512,21 @@ static int fastest(const State *s, Complex *lambda)
 /* See up to which internal step RK4 follows the dynamics as they are now. */
 static void judge_internal_step(Instance *it)
 {
-    Complex lambda[NX];
+    Complex lambda[NX] = {{0, 0}};
     const double largest = P(it->s.v)[SOLVER_STEP];
     const int n = largest > 0 && isfinite(largest) ? fastest(&it->s, lambda) : 0;
     it->internal_step = judged(lambda, n, largest);
+}
+
+/* The longest internal step that is allowed now: the one set, or that of the dynamics. */
+static double longest_internal_step(State *s)
+{
+    if (P(s->v)[SOLVER_STEP] != 0) return P(s->v)[SOLVER_STEP];
+    if (s->automatic == 0) {
+        Complex lambda[NX] = {{0, 0}};
+        s->automatic = automatic(lambda, fastest(s, lambda));
+    }
+    return s->automatic;
 }
 
 /* Tell once that internal steps are too long. */
@@ -501,6 +559,7 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c)
     s->mode = STEPPING;
 #if !SAMPLED && NX
     judge_internal_step(it);
+    (void)longest_internal_step(s);
 #endif
     return fmi2OK;
 }
@@ -553,6 +612,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
             return fail(it, "fmi2SetReal: variable %s = %g is not finite.", name_of(vr[i]), value[i]);
     }
     for (i = 0; i < n; i++) {
+        if (s->mode == STEPPING && same(&s->v[vr[i]], &value[i], 1)) continue; /* nothing grows old of it */
         s->v[vr[i]] = value[i];
         s->start_old |= when == SET_BEFORE || within(vr[i], P0, NP);
         s->y_old = s->d_old = s->dy_old = 1;
@@ -584,7 +644,7 @@ static int is_known(const State *s, fmi2ValueReference r)
 
 static int is_unknown(const State *s, fmi2ValueReference r)
 {
-    if (within(r, Y0, NV - Y0)) return 1;
+    if (within(r, Y0, NY) || within(r, D0, ND)) return 1;
     if (s->mode != INITIALIZATION) return within(r, X0, NX) && (variables[r].flags & OUTPUT);
     return within(r, C0, NC) || (within(r, X0, NX) && (variables[r].flags & (OUTPUT | SET_BEFORE)) != SET_BEFORE);
 }
@@ -643,16 +703,18 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     static const char function[] = "fmi2GetRealOutputDerivatives";
     double rates_of[NV + 1] = {0};
     size_t i;
+    int of_outputs = 0;
     ENTER(function, STEPPING | TERMINATED);
     NEED(function, vr, n);
     NEED(function, order, n);
     NEED(function, value, n);
     for (i = 0; i < n; i++) {
+        of_outputs |= within(vr[i], Y0, NY);
         if (!within(vr[i], 0, NV) || !(variables[vr[i]].flags & OUTPUT) || order[i] != 1 || SAMPLED)
             return fail(it, "%s: variable %s, order %d: %s.", function, name_of(vr[i]), order[i],
                           SAMPLED ? "sampled outputs have no derivatives" : "outputs, order 1 only");
     }
-    slope(s, rates_of);
+    slope(s, of_outputs, rates_of);
     for (i = 0; i < n; i++) value[i] = rates_of[vr[i]];
     return fmi2OK;
 }
@@ -684,22 +746,48 @@ static void sample_step(State *s, double t, double step)
     s->due = tick <= t + step + slack(s, t + step);
 }
 #elif NX
+/* Put the rates at t, the begin of an internal step with inputs u, into k1; those that were shown last where these are
+ * they. Held inputs are held on from here: g of them is made in any case. */
+static void first_rate(State *s, double t, const double *u, double *k1)
+{
+    const int shown = !s->d_old && same(&t, &s->t, 1) && same(u, U(s->v), NU);
+    if (!s->inputs_move) hold(s, &s->held, u, OUTPUTS_HELD ? ALL : OF_RATES);
+    else if (!shown) hold(s, &s->held, u, OF_RATES);
+    if (shown) memcpy(k1, D(s->v), NX * sizeof *k1);
+    else CALL(rates, IN(&t, X(s->v), u, P(s->v), C(s->v), s->k, s->held.g), OUT(k1));
+}
+
 /* Advance the states by n equal internal steps; step means are the differences of their quantities over the step. */
 static void integrate(State *s, double t, double step, int n)
 {
-    double x[NX], h = step / n, since;
+    double x[NX], k1[NX], u[NU + 1], h = step / n;
+    Held moved[2]; /* inputs that move, in the middle and at the end of an internal step */
+    const Held *middle = &s->held, *end = &s->held;
     int i;
 #ifdef means_SZ_ARG
-    double before[NM], after[NM], end = t + step;
+    double before[NM], after[NM], t_end = t + step;
     CALL(means, IN(&t, X(s->v), P(s->v), C(s->v)), OUT(before));
 #endif
+    if (s->inputs_move) middle = &moved[0], end = &moved[1];
     for (i = 0; i < n; i++) {
-        since = i * h;
-        CALL(advance, IN(&t, X(s->v), U(s->v), s->u1, s->u2, s->u3, P(s->v), C(s->v), &since, &h), OUT(x));
+        const double since = i * h;
+        if (i == 0 || s->inputs_move) inputs_at(s, since, u);
+        first_rate(s, t + since, u, k1);
+        if (s->inputs_move) {
+            moved[0].known = moved[1].known = NOTHING;
+            inputs_at(s, since + h / 2, u);
+            hold(s, &moved[0], u, OF_RATES);
+            inputs_at(s, since + h, u);
+            hold(s, &moved[1], u, OF_RATES);
+        }
+        CALL(advance, IN(&t, X(s->v), k1, middle->u, end->u, P(s->v), C(s->v), s->k, middle->g, end->g, &since, &h),
+             OUT(x));
         memcpy(X(s->v), x, sizeof x);
+        s->d_old = 1;
+        if (s->inputs_move) s->held = moved[1]; /* where the next one begins, but for rounding */
     }
 #ifdef means_SZ_ARG
-    CALL(means, IN(&end, X(s->v), P(s->v), C(s->v)), OUT(after));
+    CALL(means, IN(&t_end, X(s->v), P(s->v), C(s->v)), OUT(after));
     for (i = 0; i < NM; i++) s->m[i] = (after[i] - before[i]) / step;
 #endif
 }
@@ -708,6 +796,9 @@ static void integrate(State *s, double t, double step, int n)
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real step, fmi2Boolean no_set_state_before)
 {
     int i;
+#if SAMPLED || NX
+    double largest;
+#endif
     ENTER("fmi2DoStep", STEPPING);
     (void)no_set_state_before;
     if (!(step > 0) || !isfinite(step)) return fail(it, "fmi2DoStep: step %g s is not positive.", step);
@@ -715,25 +806,28 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real step, fmi2Boolean no
         return fail(it, "fmi2DoStep: asked to start at %.17g s, the FMU is at %.17g s.", t, s->t);
     if (s->stop_defined && t + step > s->stop + TICK + 4 * DBL_EPSILON * fabs(s->stop))
         return fail(it, "fmi2DoStep: a step to %.17g s passes the stop time %.17g s.", t + step, s->stop);
-#if SAMPLED || NX
-    {
-        const double largest = P(s->v)[SAMPLED ? SAMPLE_TIME : SOLVER_STEP];
-        if (!(largest > 0) || step / largest > MOST_STEPS)
-            return fail(it, "fmi2DoStep: %s = %g s does not suit a step of %g s.",
-                          SAMPLED ? "sample_time" : "solver.step", largest, step);
-    }
-#endif
     if (!s->inputs_move) forget_input_derivatives(s);
     settle(s);
+#if SAMPLED || NX
+#if SAMPLED
+    largest = P(s->v)[SAMPLE_TIME];
+#else
+    largest = longest_internal_step(s);
+#endif
+    if (!(largest > 0) || step / largest > MOST_STEPS)
+        return fail(it, "fmi2DoStep: %s = %g s does not suit a step of %g s.",
+                    SAMPLED ? "sample_time" : "solver.step", largest, step);
+#endif
 #if SAMPLED
     sample_step(s, t, step);
 #elif NX
     {
         /* A master's step is a difference of two times, each rounded: it may be longer than meant by some ulp of t. */
-        const double n = ceil((step - 4 * DBL_EPSILON * (fabs(t) + step)) / P(s->v)[SOLVER_STEP] - 1e-9);
+        const double n = ceil((step - 4 * DBL_EPSILON * (fabs(t) + step)) / largest - 1e-9);
         const double h = n > 1 ? step / n : step;
         if (it->internal_step.longest > 0 && h > it->internal_step.longest) warn_of_internal_step(it, h);
         integrate(s, t, step, n > 1 ? (int)n : 1);
+        s->v[S0] = h;
     }
 #endif
     if (s->inputs_move) { /* inputs stay where the extrapolation ends */
