@@ -7,7 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from cosim.cli.instances import read_descriptions, start_values
+from cosim.cli.instances import as_arrays, read_descriptions
 from cosim.cli.library import Library
 from cosim.errors import SimulationError
 from cosim.flights import simulate
@@ -68,12 +68,12 @@ def export(
         notes.append(f"connected inputs have no start values in it, for the system does not start here: {error}")
     starts = {} if result is None else _starts(wiring, result)
     with TemporaryDirectory(dir=places.workshop()) as folder:
-        begun = replace(wiring, held={**starts, **wiring.held})
+        given = {**wiring.settings, **starts, **wiring.held}
         fmus = {
             name: library(reference)
             if is_fmu(reference)
             else build_reference(
-                reference, library.backend, platforms, Path(folder), start_values(begun, name), name, note
+                reference, library.backend, platforms, Path(folder), as_arrays(wiring, name, given), name, note
             )
             for name, reference in system.components.items()
         }

@@ -29,7 +29,7 @@ sys.path.insert(0, str(FOLDER))
 from loop import Loop  # noqa: E402 (the folder is not a package: its runners are scripts for other environments)
 
 from cosim import load  # noqa: E402
-from cosim.cli.instances import build_system, read_descriptions  # noqa: E402
+from cosim.cli.instances import read_descriptions  # noqa: E402
 from cosim.cli.library import Library  # noqa: E402
 from cosim.system.expand import wire  # noqa: E402
 from fmus import build  # noqa: E402
@@ -67,9 +67,9 @@ def pairs(folder: Path, count: int) -> Loop:
 def paper(folder: Path, name: str) -> Loop:
     """A paper's system from FMUs with its parameters as start values; 20 s."""
     system, experiment = load(name)
-    paths = build_system(name, ("native",), ("host",), folder / name, print)
+    subprocess.run([sys.executable, "-m", "cosim", "build", name, "-o", str(folder)], check=True, stdout=sys.stderr)
     wiring = wire(system, read_descriptions(system, Library("native")))
-    fmus = dict(zip(system.components, map(str, paths), strict=True))
+    fmus = {instance: str(folder / f"{name}_{instance}.fmu") for instance in system.components}
     wires = [(tuple(link.source), tuple(link.target)) for link in wiring.links]
     shown = [("plant", f"q_BN[{i}]") for i in range(1, 5)]
     step = experiment.communication_step_size
