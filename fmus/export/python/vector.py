@@ -60,6 +60,9 @@ class Vector:
         """Bring up to date what follows from what was set."""
         raise NotImplementedError
 
+    def _check_tuned(self) -> None:
+        """Refuse parameters that were changed in flight and break a condition."""
+
     def enter_initialization(self) -> None:
         """From now on what is calculated follows every set (fmi2EnterInitializationMode)."""
         admit(self.mode, "fmi2EnterInitializationMode", INSTANTIATED)
@@ -86,11 +89,21 @@ class Vector:
             bad = [(r, x) for r, x in zip(references, values, strict=True) if not math.isfinite(x)]
             if bad:
                 raise RuntimeFailure(f"fmi2SetReal: variable {self.names[bad[0][0]]} = {bad[0][1]} is not finite.")
+<<<<<<< HEAD
         before = self.p.tobytes() if parameters else b""
+=======
+        before = self.v[index] if parameters and self.mode == STEPPING else None
+>>>>>>> be6b791 (Parameters of controllers are tunable, their conditions asked for in flight; attitudes as Euler angles; changelog)
         self.v[index] = values
         self._stale = True
         if parameters and self.p.tobytes() != before:
             self._parameters_stale = True
+        if before is not None:
+            try:
+                self._check_tuned()
+            except RuntimeFailure:
+                self.v[index] = before  # a refused call changes nothing
+                raise
 
     def require_real(self, function: str, references: Sequence[int]) -> None:
         """Refuse variables of another type: there are none."""
