@@ -89,21 +89,17 @@ class Vector:
             bad = [(r, x) for r, x in zip(references, values, strict=True) if not math.isfinite(x)]
             if bad:
                 raise RuntimeFailure(f"fmi2SetReal: variable {self.names[bad[0][0]]} = {bad[0][1]} is not finite.")
-<<<<<<< HEAD
-        before = self.p.tobytes() if parameters else b""
-=======
-        before = self.v[index] if parameters and self.mode == STEPPING else None
->>>>>>> be6b791 (Parameters of controllers are tunable, their conditions asked for in flight; attitudes as Euler angles; changelog)
+        before = self.p.copy() if parameters else None
         self.v[index] = values
         self._stale = True
-        if parameters and self.p.tobytes() != before:
+        if before is not None and self.p.tobytes() != before.tobytes():
             self._parameters_stale = True
-        if before is not None:
-            try:
-                self._check_tuned()
-            except RuntimeFailure:
-                self.v[index] = before  # a refused call changes nothing
-                raise
+            if self.mode == STEPPING:
+                try:
+                    self._check_tuned()
+                except RuntimeFailure:
+                    self.p[:] = before  # a refused call sets no parameter
+                    raise
 
     def require_real(self, function: str, references: Sequence[int]) -> None:
         """Refuse variables of another type: there are none."""
