@@ -117,8 +117,15 @@ class Component:
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters as declared, then those of the solver."""
-        return self._of(Parameter)
+        """Parameters as declared, then those of the solver; those of a controller are tunable.
+
+        But for what it shares with the vehicle, and where the start of a state is calculated, perhaps from them.
+        """
+        declared: tuple[Parameter, ...] = self._of(Parameter)
+        solver = self._solver(bool(self.states))
+        if self.role != "controller" or any(state.calculated for state in self.states):
+            return declared
+        return tuple(p if p.shared or p.name in solver else replace(p, tunable=True) for p in declared)
 
     def _solver(self, states: bool) -> dict[str, Parameter]:
         """Return the parameters of the solver by name.

@@ -170,6 +170,12 @@ class Functions:
         return self._component.check(*self._named)
 
     @cached_property
+    def lasting_conditions(self) -> list[bool]:
+        """Which conditions are of parameters alone, so that they hold in flight too; others are of the start."""
+        start = ca.vertcat(self._t, self._x, self._u)
+        return [not ca.depends_on(ca.SX(c.margin), start) for c in self.conditions]
+
+    @cached_property
     def check(self) -> ca.Function:
         """(t, x, u, p, c) -> margins, one a condition, and the numbers that their texts show."""
         margins = [ca.SX(c.margin) for c in self.conditions]

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from cosim.cli import masters
+from cosim.cli.attitudes import value_of
 from cosim.errors import ParameterError, UnknownName
 from cosim.quantity import advice_on_numbers
 from cosim.system import Experiment, System, Value
@@ -45,7 +46,8 @@ def parameter_file(path: Path, alone: str = "") -> dict[str, Any]:
         for name, value in table.items():
             if _depth(value) > DEEPEST:
                 raise ParameterError(f"file {path}", f"{instance}.{name}: {TOO_DEEP}")
-            values[f"{instance}.{name}"] = Value(value) if isinstance(value, str) else value
+            full = f"{instance}.{name}"
+            values[full] = value_of(value, full) if isinstance(value, str) else value
     return values
 
 
@@ -82,7 +84,7 @@ def assignments(texts: Iterable[str], alone: str = "") -> dict[str, Any]:
             raise ParameterError(
                 text, "it is not INSTANCE.NAME=VALUE, as in plant.J[1,1]=500 or controller.rho_inf='0.005 deg'"
             )
-        values[name.strip()] = Value(value.strip())
+        values[name.strip()] = value_of(value.strip(), name.strip())
     return values
 
 

@@ -437,7 +437,7 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 }
 
 #ifdef check_SZ_ARG
-/* Report every condition that does not hold; return how many. */
+/* Report every condition that does not hold, in flight only of those of parameters alone; return how many. */
 static int check_conditions(const Instance *it)
 {
     const State *s = &it->s;
@@ -452,7 +452,7 @@ static int check_conditions(const Instance *it)
             else if (to < end) *to++ = *from;
         }
         *to = 0;
-        if (margin[i] > 0) continue; /* a NaN violates */
+        if (margin[i] > 0 || (s->mode == STEPPING && !lasting[i])) continue; /* a NaN violates */
         violated++;
         fail(it, "%s: %s", MODEL_NAME, text);
     }
@@ -596,6 +596,35 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
     return fmi2OK;
 }
 
+#ifdef check_SZ_ARG
+/* Whether a parameter is among variables. */
+static int tunes(const fmi2ValueReference vr[], size_t n)
+{
+    size_t i;
+    for (i = 0; i < n; i++)
+        if (within(vr[i], P0, NP)) return 1;
+    return 0;
+}
+
+/* Whether the conditions of parameters hold with new values; where they do not, it is said which. */
+static int may_tune(Instance *it, const fmi2ValueReference vr[], size_t n, const fmi2Real value[])
+{
+    State *s = &it->s;
+    double before[NP + NC + 1];
+    size_t i;
+    int violated;
+    memcpy(before, s->v, (NP + NC) * sizeof *before); /* p and c are the first of v */
+    for (i = 0; i < n; i++)
+        if (within(vr[i], P0, NP)) s->v[vr[i]] = value[i];
+#ifdef calculate_SZ_ARG
+    CALL(calculate, IN(P(s->v)), OUT(C(s->v)));
+#endif
+    violated = check_conditions(it);
+    memcpy(s->v, before, (NP + NC) * sizeof *before);
+    return !violated;
+}
+#endif
+
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[])
 {
     size_t i;
@@ -611,6 +640,9 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
         if (!isfinite(value[i]))
             return fail(it, "fmi2SetReal: variable %s = %g is not finite.", name_of(vr[i]), value[i]);
     }
+#ifdef check_SZ_ARG
+    if (s->mode == STEPPING && tunes(vr, n) && !may_tune(it, vr, n, value)) return fmi2Error;
+#endif
     for (i = 0; i < n; i++) {
         if (s->mode == STEPPING && same(&s->v[vr[i]], &value[i], 1)) continue; /* nothing grows old of it */
         s->v[vr[i]] = value[i];

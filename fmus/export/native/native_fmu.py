@@ -164,6 +164,8 @@ def _model_header(part: Component, description: ModelDescription, functions: Seq
     if conditions:
         texts = [f"    {_quoted(_pattern(part, c.text, len(c.shown)))}," for c in conditions]
         lines += ["static const char *const conditions[] = {", *texts, "};"]
+        lasting = ", ".join(str(int(lasts)) for lasts in part.functions.lasting_conditions)
+        lines.append(f"static const unsigned char lasting[] = {{{lasting}}};")
     return ("\n".join(lines) + "\n").encode()
 
 

@@ -60,6 +60,9 @@ class Vector:
         """Bring up to date what follows from what was set."""
         raise NotImplementedError
 
+    def _check_tuned(self) -> None:
+        """Refuse parameters that were changed in flight and break a condition."""
+
     def enter_initialization(self) -> None:
         """From now on what is calculated follows every set (fmi2EnterInitializationMode)."""
         admit(self.mode, "fmi2EnterInitializationMode", INSTANTIATED)
@@ -86,11 +89,17 @@ class Vector:
             bad = [(r, x) for r, x in zip(references, values, strict=True) if not math.isfinite(x)]
             if bad:
                 raise RuntimeFailure(f"fmi2SetReal: variable {self.names[bad[0][0]]} = {bad[0][1]} is not finite.")
-        before = self.p.tobytes() if parameters else b""
+        before = self.p.copy() if parameters else None
         self.v[index] = values
         self._stale = True
-        if parameters and self.p.tobytes() != before:
+        if before is not None and self.p.tobytes() != before.tobytes():
             self._parameters_stale = True
+            if self.mode == STEPPING:
+                try:
+                    self._check_tuned()
+                except RuntimeFailure:
+                    self.p[:] = before  # a refused call sets no parameter
+                    raise
 
     def require_real(self, function: str, references: Sequence[int]) -> None:
         """Refuse variables of another type: there are none."""

@@ -9,8 +9,22 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate import solve_ivp
 
-from cosim import At, Connection, ErrorControlled, Experiment, Explicit, Iterated, System, Value, prepare, simulate
-from cosim.errors import WiringErrors
+from components.actuators.reaction_wheels import ReactionWheels
+from components.controllers.pid import PID
+from cosim import (
+    At,
+    Connection,
+    ErrorControlled,
+    Experiment,
+    Explicit,
+    Iterated,
+    Library,
+    System,
+    Value,
+    prepare,
+    simulate,
+)
+from cosim.errors import EventError, WiringErrors
 from cosim.time import Schedule
 
 from .. import both
@@ -136,6 +150,46 @@ def test_samples_come_as_without_the_event():
     v, f = later["mass.v"], later["damper.f"]
     assert_array_equal(f[later.time == 0.345], f[later.time == 0.3])  # held: the gain counts from the next sample on
     assert_allclose(f[later.time == 0.4], -5.0 * v[later.time == 0.4], rtol=1e-14)
+
+
+@pytest.mark.parametrize("backend", ["native", "python"])
+class TestUnits:
+    """What a unit makes of a parameter that is set in flight."""
+
+    def fly(self, backend, *events):
+        experiment = Experiment(stop_time=2.0, communication_step_size=0.1, events=events)
+        return simulate(SYSTEM, experiment, locate=Library(backend))
+
+    def test_both_back_ends_calculate_anew(self, backend):
+        """The stiffness acts by a calculated parameter."""
+        result = self.fly(backend, *EVENTS)
+        assert_allclose(result["mass.x"], flown(Explicit())["mass.x"], rtol=1e-12)
+
+    def test_a_condition_of_parameters_is_asked_for_again(self, backend):
+        with pytest.raises(EventError) as caught:
+            self.fly(backend, At(0.77, {"mass.k": -1.0}))
+        assert "event at 0.77 s: mass.k = -1.0 was refused: mass: fmi2SetReal returned fmi2" in str(caught.value)
+        assert "k = -1 1/s2: it must be positive." in str(caught.value)
+        result = caught.value.result
+        assert result.time[-1] == 0.77 and result.info["status"] == "failed"
+        assert result.info["failure"]["component"] == "mass"
+
+    def test_a_condition_of_the_start_is_not(self, backend):
+        """x is near 0 at the time of the event."""
+        x = flown(Explicit(), [])["mass.x"]
+        at = 0.1 * int(np.flatnonzero(np.diff(np.sign(x)))[0])
+        crossing = at + 0.1 * x[round(10 * at)] / (x[round(10 * at)] - x[round(10 * at) + 1])
+        result = self.fly(backend, At(round(crossing, 4), {"mass.k": 5.0}))
+        assert abs(result["mass.x"][result.time == round(crossing, 4)][0]) < 1e-2
+        assert result.info["status"] == "finished"
+
+
+def test_parameters_of_a_controller_are_tunable_but_for_the_vehicle_s():
+    """The rule of the framework, on a law of a paper: gains may change, the inertia may not."""
+    tunable = {v.name: v.tunable for v in PID().parameters}
+    assert tunable["K_p"] and tunable["K_d"] and tunable["solver.step"] and not tunable["torque_limit"]
+    wheels = {v.name: v.tunable for v in ReactionWheels().parameters}
+    assert wheels["health"] and not wheels["spin_axes_B"]
 
 
 def test_prepared_flights_begin_anew():
