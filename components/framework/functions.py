@@ -23,6 +23,7 @@ class Functions:
 
     rates       (t, x, u, p, c) -> dx                       absent without continuous states
     advance     (t, x, u, u1, u2, u3, p, c, s, h) -> x_next     one internal step, see integrator.py
+    project     (x, p, c) -> x                              None where a step is followed by none
     update      (t, x, u, p, c) -> x_next                   sampled components
     outputs     (t, x, u, p, c, m) -> y
     slopes      (t, x, u, p, c, m, su) -> y, dx, dy         outputs, and the rates of x and y where those of u are su
@@ -107,14 +108,20 @@ class Functions:
         return self._function("rates", "t x u p c", {"dx": dx})
 
     @cached_property
-    def advance(self) -> ca.Function:
-        """One internal step, see integrator.py."""
+    def project(self) -> ca.Function | None:
+        """(x, p, c) -> x back on its manifold, None where an internal step is followed by no projection."""
         _, x, _, p = self._named
         values = self._component.project(x, p)
-        project = None
-        if values:
-            project = self._function("project", "x p c", {"x_projected": self._states_with("project", values)})
-        return rk4(self.rates, project)
+        return (
+            self._function("project", "x p c", {"x_projected": self._states_with("project", values)})
+            if values
+            else None
+        )
+
+    @cached_property
+    def advance(self) -> ca.Function:
+        """One internal step, see integrator.py."""
+        return rk4(self.rates, self.project)
 
     @cached_property
     def update(self) -> ca.Function:

@@ -8,7 +8,9 @@
  * One flat vector holds every variable, a value reference is an index into it (sizes NP, NC, ... from model.h):
  *   v = [ p parameters | c calculated parameters | u inputs | x states | y outputs that are no states | d rates of x ]
  * The first NE of y have a start that is set, from which `initial` calculates states; it stands while nothing is set or stepped.
- * m, beside it, are the step means: outputs that are the mean of a rate over the last step.
+ * m, beside it, are the step means: outputs that are the mean of a rate over the last step. k and g are what equations
+ * keep that follows from parameters, and from parameters and inputs (native/cut.py): k belongs to p and c, g to their
+ * values and to inputs that are kept with it.
  *
  * One translation unit: all but the fmi2 functions is static. No mutable static data, no heap in fmi2DoStep.
  * Numbers equal those of the Python twin bit for bit where the compiler contracts no products (-ffp-contract=off).
@@ -63,10 +65,19 @@ enum { P0 = 0, C0 = P0 + NP, U0 = C0 + NC, X0 = U0 + NU, Y0 = X0 + NX, D0 = Y0 +
 
 typedef enum { INSTANTIATED = 1, INITIALIZATION = 2, STEPPING = 4, TERMINATED = 8, FAILED = 16, ANY = 31 } Mode;
 
+typedef struct { /* g with the inputs that it belongs to */
+    double u[NU + 1], g[NG + 1];
+    int64_t known; /* what is: NOTHING, g of the rates, all of it */
+} Held;
+
+enum { NOTHING = 0, OF_RATES = 1, ALL = 2 };
+
 typedef struct { /* everything that an FMU state holds: plain data, no pointers */
     double t, t0, stop;
     double v[NV + 1], m[NM + 1];
     double u1[NU + 1], u2[NU + 1], u3[NU + 1]; /* input derivatives of order 1, 2, 3 */
+    double k[NK + 1];
+    Held held;
     double x_next[NX + 1];         /* sampled: states after the sample that the outputs show */
     int64_t sample;                /* sampled: index of the next sample */
     int32_t mode, stop_defined;
@@ -95,7 +106,7 @@ typedef struct { /* an FMU state as a host keeps it, in memory or as bytes; its 
 } Saved;
 
 static const char MAGIC[8] = {'a', 'd', 'c', 's', 'f', 'm', 'u', '2'};
-enum { SAVED_VERSION = 4 };
+enum { SAVED_VERSION = 5 };
 
 /* ---- messages --------------------------------------------------------------------------------------------------- */
 
@@ -196,12 +207,36 @@ static void inputs_at(const State *s, double since, double *u)
         u[i] = U(s->v)[i] + since * (s->u1[i] + 0.5 * since * (s->u2[i] + since * s->u3[i] / 3));
 }
 
+/* Whether n numbers are the same bits: zeros with and without sign may part what is made of them. */
+static int same(const double *a, const double *b, size_t n) { return memcmp(a, b, n * sizeof *a) == 0; }
+
 static void forget_input_derivatives(State *s)
 {
     memset(s->u1, 0, sizeof s->u1);
     memset(s->u2, 0, sizeof s->u2);
     memset(s->u3, 0, sizeof s->u3);
 }
+
+#if !SAMPLED
+/* Keep inputs u with g of them, OF_RATES or ALL. */
+static void hold(const State *s, Held *own, const double *u, int what)
+{
+    if (own->known >= what && same(own->u, u, NU)) return;
+    memcpy(own->u, u, NU * sizeof *u);
+    own->known = ALL;
+#ifdef held_rates_SZ_ARG
+    if (what == OF_RATES) {
+        CALL(held_rates, IN(u, P(s->v), C(s->v), s->k), OUT(own->g));
+        own->known = OF_RATES;
+        return;
+    }
+#endif
+#ifdef held_SZ_ARG
+    CALL(held, IN(u, P(s->v), C(s->v), s->k), OUT(own->g));
+#endif
+    (void)s, (void)what;
+}
+#endif
 
 /* Bring up to date what follows from parameters and, in initialization mode, from initial values. */
 static void settle(State *s)
@@ -211,6 +246,10 @@ static void settle(State *s)
 #ifdef calculate_SZ_ARG
     CALL(calculate, IN(P(s->v)), OUT(C(s->v)));
 #endif
+#ifdef fixed_SZ_ARG
+    CALL(fixed, IN(P(s->v), C(s->v)), OUT(s->k));
+#endif
+    s->held.known = NOTHING;
     if (s->mode != INITIALIZATION) return;
 #ifdef initial_SZ_ARG
     {
@@ -229,10 +268,10 @@ static void settle(State *s)
 static void sample_at(State *s, double t, const double *u)
 {
 #ifdef update_SZ_ARG
-    CALL(update, IN(&t, X(s->v), u, P(s->v), C(s->v)), OUT(s->x_next));
+    CALL(update, IN(&t, X(s->v), u, P(s->v), C(s->v), s->k, NULL), OUT(s->x_next));
 #endif
 #ifdef outputs_SZ_ARG
-    CALL(outputs, IN(&t, s->x_next, u, P(s->v), C(s->v), s->m), OUT(Y(s->v)));
+    CALL(outputs, IN(&t, s->x_next, u, P(s->v), C(s->v), s->m, s->k, NULL), OUT(Y(s->v)));
 #endif
     (void)t, (void)u;
 }
@@ -242,7 +281,8 @@ static void sample_at(State *s, double t, const double *u)
 /* Bring outputs, state derivatives and rates of outputs up to date at once: they have much in common. */
 static void observe(State *s)
 {
-    CALL(slopes, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), s->m, s->u1), OUT(Y(s->v), D(s->v), s->dy));
+    CALL(slopes, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), s->m, s->u1, s->k, NULL),
+         OUT(Y(s->v), D(s->v), s->dy));
     s->y_old = s->d_old = s->dy_old = 0;
 }
 #endif
@@ -265,7 +305,8 @@ static void show(State *s)
     {
         double set[NE + 1];
         memcpy(set, Y(s->v), NE * sizeof set[0]);
-        CALL(outputs, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), s->m), OUT(Y(s->v)));
+        if (OUTPUTS_HELD) hold(s, &s->held, U(s->v), ALL);
+        CALL(outputs, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), s->m, s->k, s->held.g), OUT(Y(s->v)));
         if (s->mode == INITIALIZATION) memcpy(Y(s->v), set, NE * sizeof set[0]);
     }
 #endif
@@ -278,22 +319,26 @@ static void rate(State *s)
     if (!s->d_old) return;
     s->d_old = 0;
 #ifdef rates_SZ_ARG
-    CALL(rates, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v)), OUT(D(s->v)));
+    hold(s, &s->held, U(s->v), OF_RATES);
+    CALL(rates, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), s->k, s->held.g), OUT(D(s->v)));
 #endif
 }
 
-/* Put the rates of states and outputs into a vector like v: y' = dy/dt + dy/dx x' + dy/du u', step means held. */
-static void slope(State *s, double *r)
+/* Put the rates of states, and where asked for those of outputs, into a vector like v: y' = dy/dt + dy/dx x' + dy/du u',
+ * step means held. */
+static void slope(State *s, int of_outputs, double *r)
 {
     settle(s);
 #if !SAMPLED && defined slopes_SZ_ARG
-    s->dy_asked = 1;
-    if (s->dy_old) observe(s);
-    memcpy(Y(r), s->dy, NY * sizeof r[0]);
-#else
-    rate(s);
+    if (of_outputs) {
+        s->dy_asked = 1;
+        if (s->dy_old) observe(s);
+        memcpy(Y(r), s->dy, NY * sizeof r[0]);
+    }
 #endif
+    rate(s);
     memcpy(X(r), D(s->v), ND * sizeof r[0]);
+    (void)of_outputs;
 }
 
 /* Directional derivative of c, x, y and d along a seed of time and of p, u and x, in initialization mode of the outputs
@@ -553,6 +598,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
             return fail(it, "fmi2SetReal: variable %s = %g is not finite.", name_of(vr[i]), value[i]);
     }
     for (i = 0; i < n; i++) {
+        if (s->mode == STEPPING && same(&s->v[vr[i]], &value[i], 1)) continue; /* nothing grows old of it */
         s->v[vr[i]] = value[i];
         s->start_old |= when == SET_BEFORE || within(vr[i], P0, NP);
         s->y_old = s->d_old = s->dy_old = 1;
@@ -643,16 +689,18 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     static const char function[] = "fmi2GetRealOutputDerivatives";
     double rates_of[NV + 1] = {0};
     size_t i;
+    int of_outputs = 0;
     ENTER(function, STEPPING | TERMINATED);
     NEED(function, vr, n);
     NEED(function, order, n);
     NEED(function, value, n);
     for (i = 0; i < n; i++) {
+        of_outputs |= within(vr[i], Y0, NY);
         if (!within(vr[i], 0, NV) || !(variables[vr[i]].flags & OUTPUT) || order[i] != 1 || SAMPLED)
             return fail(it, "%s: variable %s, order %d: %s.", function, name_of(vr[i]), order[i],
                           SAMPLED ? "sampled outputs have no derivatives" : "outputs, order 1 only");
     }
-    slope(s, rates_of);
+    slope(s, of_outputs, rates_of);
     for (i = 0; i < n; i++) value[i] = rates_of[vr[i]];
     return fmi2OK;
 }
@@ -684,22 +732,48 @@ static void sample_step(State *s, double t, double step)
     s->due = tick <= t + step + slack(s, t + step);
 }
 #elif NX
+/* Put the rates at t, the begin of an internal step with inputs u, into k1; those that were shown last where these are
+ * they. Held inputs are held on from here: g of them is made in any case. */
+static void first_rate(State *s, double t, const double *u, double *k1)
+{
+    const int shown = !s->d_old && same(&t, &s->t, 1) && same(u, U(s->v), NU);
+    if (!s->inputs_move) hold(s, &s->held, u, OUTPUTS_HELD ? ALL : OF_RATES);
+    else if (!shown) hold(s, &s->held, u, OF_RATES);
+    if (shown) memcpy(k1, D(s->v), NX * sizeof *k1);
+    else CALL(rates, IN(&t, X(s->v), u, P(s->v), C(s->v), s->k, s->held.g), OUT(k1));
+}
+
 /* Advance the states by n equal internal steps; step means are the differences of their quantities over the step. */
 static void integrate(State *s, double t, double step, int n)
 {
-    double x[NX], h = step / n, since;
+    double x[NX], k1[NX], u[NU + 1], h = step / n;
+    Held moved[2]; /* inputs that move, in the middle and at the end of an internal step */
+    const Held *middle = &s->held, *end = &s->held;
     int i;
 #ifdef means_SZ_ARG
-    double before[NM], after[NM], end = t + step;
+    double before[NM], after[NM], t_end = t + step;
     CALL(means, IN(&t, X(s->v), P(s->v), C(s->v)), OUT(before));
 #endif
+    if (s->inputs_move) middle = &moved[0], end = &moved[1];
     for (i = 0; i < n; i++) {
-        since = i * h;
-        CALL(advance, IN(&t, X(s->v), U(s->v), s->u1, s->u2, s->u3, P(s->v), C(s->v), &since, &h), OUT(x));
+        const double since = i * h;
+        if (i == 0 || s->inputs_move) inputs_at(s, since, u);
+        first_rate(s, t + since, u, k1);
+        if (s->inputs_move) {
+            moved[0].known = moved[1].known = NOTHING;
+            inputs_at(s, since + h / 2, u);
+            hold(s, &moved[0], u, OF_RATES);
+            inputs_at(s, since + h, u);
+            hold(s, &moved[1], u, OF_RATES);
+        }
+        CALL(advance, IN(&t, X(s->v), k1, middle->u, end->u, P(s->v), C(s->v), s->k, middle->g, end->g, &since, &h),
+             OUT(x));
         memcpy(X(s->v), x, sizeof x);
+        s->d_old = 1;
+        if (s->inputs_move) s->held = moved[1]; /* where the next one begins, but for rounding */
     }
 #ifdef means_SZ_ARG
-    CALL(means, IN(&end, X(s->v), P(s->v), C(s->v)), OUT(after));
+    CALL(means, IN(&t_end, X(s->v), P(s->v), C(s->v)), OUT(after));
     for (i = 0; i < NM; i++) s->m[i] = (after[i] - before[i]) / step;
 #endif
 }

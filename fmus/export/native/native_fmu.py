@@ -23,6 +23,7 @@ from fmus.errors import BuildError
 from fmus.export.archive import guid_of, write_fmu
 from fmus.export.describe import PROPOSED, describe
 from fmus.export.documentation.files import documents
+from fmus.export.native.functions import native_functions
 from fmus.export.native.large import OPTIMISATION, in_pieces, is_large
 from fmus.export.origin import build_date, origin_of
 from fmus.export.regions import REGIONS, regions_of
@@ -53,9 +54,10 @@ def build_native(
             f"{component.name} is written in plain Python, which gives no C: build it with --backend python."
         )
     wanted = resolve_platforms(platforms)
-    optimisation = OPTIMISATION if is_large(component.size(component.states), _functions(component)) else None
+    functions = native_functions(component)
+    optimisation = OPTIMISATION if is_large(component.size(component.states), functions) else None
     description = describe_native(component, name, experiment)
-    sources = native_sources(component, description)
+    sources = native_sources(component, description, functions)
     files = {f"sources/{file}": data for file, data in sources.items()}
     with tempfile.TemporaryDirectory(dir=places.workshop()) as place:
         folder = Path(place) / "sources"
@@ -88,12 +90,22 @@ def describe_native(
     )
 
 
-def native_sources(component: Component, description: ModelDescription) -> dict[str, bytes]:
-    """Return the C sources of an FMU by file name; fmi2.c is the one to compile."""
-    code, sizes = _generated(component)
+def native_sources(
+    component: Component, description: ModelDescription, functions: Sequence[ca.Function] | None = None
+) -> dict[str, bytes]:
+    """Return the C sources of an FMU by file name; fmi2.c is the one to compile.
+
+    functions: native_functions of the component, where they are made already.
+    """
+    functions = native_functions(component) if functions is None else functions
+    code, sizes = _generated(functions, is_large(component.size(component.states), functions))
     sources = {file: (Path(fmpy.__file__).parent / "c-code" / file).read_bytes() for file in HEADERS}
     sources |= {file.name: file.read_bytes() for file in INCLUDED}
-    sources |= {RUNTIME.name: RUNTIME.read_bytes(), "model.c": code, "model.h": _model_header(component, description)}
+    sources |= {
+        RUNTIME.name: RUNTIME.read_bytes(),
+        "model.c": code,
+        "model.h": _model_header(component, description, functions),
+    }
     sources["model.c"] += sizes
     sources["model.h"] += f'#define MODEL_GUID "{native_guid(description, sources)}"\n'.encode()
     return sources
@@ -108,45 +120,8 @@ def native_guid(description: ModelDescription, sources: dict[str, bytes]) -> str
 # ---- model.c -----------------------------------------------------------------------------------------------
 
 
-def _functions(part: Component) -> list[ca.Function]:
-    """Return the functions that the component has anything to compute with."""
-    f = part.functions
-    moving = bool(part.size(part.states)) and not part.sampled
-    calculated = any(s.calculated and s.size for s in part.states)
-    means = any(o.step_mean and o.size for o in part.outputs_declared)
-    outputs = bool(part.size(part.outputs_declared))
-    if means and not moving:
-        raise BuildError(
-            f"{part.name}: a step mean is the rate of something that states make; there are no continuous states."
-        )
-    chosen: list[ca.Function] = []
-    if moving:
-        chosen += [f.rates, f.advance]
-    if part.sampled and part.size(part.states):
-        chosen.append(f.update)
-    if outputs:
-        chosen.append(f.outputs)
-    if outputs and not part.sampled:
-        chosen.append(f.slopes)
-    if means:
-        chosen += [f.means, f.mean_rates]
-    if part.size(part.calculated_parameters):
-        chosen += [f.calculate, f.calculate_forward]
-    if calculated:
-        chosen.append(f.initial)
-    if calculated or means:
-        chosen.append(f.initial_forward)
-    if f.conditions:
-        chosen.append(f.check)
-    if outputs or moving:
-        chosen.append(f.forward)
-    return chosen
-
-
-def _generated(part: Component) -> tuple[bytes, bytes]:
-    """Return the C code of the component's functions, and the sizes of their arguments, results and work vectors."""
-    functions = _functions(part)
-    large = is_large(part.size(part.states), functions)
+def _generated(functions: Sequence[ca.Function], large: bool) -> tuple[bytes, bytes]:
+    """Return the C code of functions, and the sizes of their arguments, results and work vectors."""
     options = {"with_header": True, "casadi_int": "int"} | ({"avoid_stack": True} if large else {})
     generator = ca.CodeGenerator("model.c", options)
     for function in functions:
@@ -165,20 +140,23 @@ def _generated(part: Component) -> tuple[bytes, bytes]:
 # ---- model.h -----------------------------------------------------------------------------------------------
 
 
-def _model_header(part: Component, description: ModelDescription) -> bytes:
+def _model_header(part: Component, description: ModelDescription, functions: Sequence[ca.Function]) -> bytes:
     conditions = part.functions.conditions
     sizes = {f"N{region.upper()}": regions_of(part, derivatives=True).size[region] for region in REGIONS}
     sizes["NE"] = part.size(part.exact_outputs)
     sizes["NM"] = len(description.step_means)
+    kept = {f.name(): f.size1_out(0) for f in functions if f.name() in ("fixed", "held")}
+    sizes["NK"], sizes["NG"] = kept.get("fixed", 0), kept.get("held", 0)
     sizes["N_CONDITIONS"] = len(conditions)
     sizes["N_SHOWN"] = sum(len(c.shown) for c in conditions)
+    takes = any(f.name() == "outputs" and f.size1_in("g") for f in functions)
     variables = description.variables
     lines = [
         f"/* Generated from the component {part.name}. */",
         f"#define MODEL_NAME {_quoted(description.model_name)}",
     ]
     lines += [f"#define {name} {size}" for name, size in sizes.items()]
-    lines.append(f"#define SAMPLED {int(part.sampled)}")
+    lines += [f"#define SAMPLED {int(part.sampled)}", f"#define OUTPUTS_HELD {int(takes)}"]
     for macro, name in (("SOLVER_STEP", SOLVER_STEP), ("SAMPLE_TIME", SAMPLE_TIME), ("COMMIT_SHOWN", COMMIT_SHOWN)):
         lines.append(f"#define {macro} {variables[name].value_reference if name in variables else 0}")
     rows = [f"    {{{_quoted(v.name)}, {(v.start or 0.0)!r}, {_flags(v)}}}," for v in variables.values()]
