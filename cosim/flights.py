@@ -367,7 +367,8 @@ class Prepared:
         if flight.ended_by:
             event = {"time": reached, "variable": flight.ended_by, "meaning": "the FMU ended the run (fmi2Terminated)"}
         result.info |= runinfo.ending(plan.course.schedule, reached, failure, event)
-        result.info |= {"messages": runinfo.messages(flight.crew)}
+        told = {"internal_steps": runinfo.internal_steps(flight.crew, plan.wiring)}
+        result.info |= told | {"messages": runinfo.messages(flight.crew)}
         loop = {"name": flight.flown.name, "reason": flight.flown.reason, "evaluations": flight.evaluations}
         result.info |= {"rows": len(result), "loop": {**loop, **flight.control.told()}}
         if self._metrics is not None and folder is not None:

@@ -41,7 +41,7 @@ class Component:
 
     ports: ClassVar[type | tuple[type, ...]] = ()
     sample_time: ClassVar[Any] = None
-    solver_step: ClassVar[float] = 1e-3  # largest internal step, s; parameter `solver.step`
+    solver_step: ClassVar[float] = 0.0  # largest internal step, s, 0: automatic; parameter `solver.step`
     python_only: ClassVar[bool] = False
     role: str = ""  # what it is in a loop, as in "plant"; that of its ports, unless it says so itself
 
@@ -135,7 +135,7 @@ class Component:
             }
         if not states or self.python_only:
             return {}
-        doc = "largest internal integration step"
+        doc = "largest internal integration step; 0: from the fastest rate of the dynamics at the start"
         return {"solver.step": Parameter(unit="s", start=self.solver_step, tunable=True, doc=doc)}
 
     @cached_property

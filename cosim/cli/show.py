@@ -7,6 +7,7 @@ from pathlib import Path
 
 from cosim.cli import console, interface
 from cosim.cli.instances import Locate, read_descriptions
+from cosim.cli.internal_steps import internal_steps
 from cosim.masters.explicit import Explicit
 from cosim.masters.implicit.cut import stages
 from cosim.results.runinfo import warnings
@@ -48,6 +49,8 @@ def write_system(system: System, experiment: Experiment, locate: Locate) -> None
         console.write_table(("input", "signal"), fed)
     lines = ["", "start values that nothing sets (those of one FMU: adcs show FMU):"]
     lines += [line for name in order for line in _left_alone(name, wiring)] or ["  none"]
+    lines += ["", "internal steps, set by solver.step or, where that is 0, found by the FMU at its start:"]
+    lines += internal_steps(system, experiment, locate, wiring) or ["  none"]
     lines += ["", "direct feedthrough, output <- inputs:"]
     lines += [f"  {line}" for name in order for line in _feedthrough(name, wiring.descriptions[name])] or ["  none"]
     loops = _loops(wiring, master)

@@ -5,6 +5,7 @@ import platform
 import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -21,6 +22,7 @@ from cosim.system.system import isolated
 from cosim.system.timing import remarks
 from cosim.system.wiring import Port, Wiring
 from cosim.time import Schedule
+from fmus.description.annotations import STEP_TAKEN
 from fmus.description.description import ModelDescription, Scalar
 from fmus.description.names import split_element, split_port
 
@@ -77,6 +79,18 @@ def setup(
 def warnings(wiring: Wiring) -> list[str]:
     """Return what is to be told before a flight: parameters that disagree, connections weaker than asked for."""
     return [*disagreements(wiring), *remarks(wiring)]
+
+
+def internal_steps(slaves: Mapping[str, Slave], wiring: Wiring) -> dict[str, float]:
+    """Return the internal step that FMUs of ours took in their last communication step, s, by instance."""
+    found: dict[str, float] = {}
+    for name, slave in slaves.items():
+        taken = wiring.descriptions[name].variables.get(STEP_TAKEN)
+        if taken is None or not wiring.descriptions[name].refresh:
+            continue
+        with suppress(CallFailed):
+            found[name] = float(slave.get_real((taken.value_reference,))[0])
+    return {name: step for name, step in found.items() if step > 0}
 
 
 def messages(slaves: Mapping[str, Slave]) -> dict[str, dict[str, int]]:

@@ -17,7 +17,7 @@ from fmus.description.annotations import TOOL
 from fmus.description.description import DefaultExperiment, ModelDescription, ScalarVariable
 from fmus.description.names import identifier
 from fmus.description.units import EXPONENTS, BaseUnit, Conversion, Unit
-from fmus.export.regions import Regions, regions_of
+from fmus.export.regions import Regions, regions_of, step_taken
 
 LOG_CATEGORIES = ("logAll", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal")
 PROPOSED = DefaultExperiment(start=0.0, stop=10.0, step_size=1e-3)
@@ -140,6 +140,9 @@ def _variables(part: Component, regions: Regions) -> Iterator[ScalarVariable]:
                 description=v.doc,
             )
             at += 1
+    for v in step_taken(part):
+        yield ScalarVariable(v.name, at, variability="discrete", initial="calculated", unit=v.unit, description=v.doc)
+        at += 1
     for x in part.states if regions.size["d"] else ():
         unit = rate_unit(x.unit)
         for name in x.elements():

@@ -6,11 +6,11 @@
  *   model.c   the component's functions of flat vectors; which of them exist is seen from CasADi's macros <name>_SZ_ARG
  *
  * One flat vector holds every variable, a value reference is an index into it (sizes NP, NC, ... from model.h):
- *   v = [ p parameters | c calculated parameters | u inputs | x states | y outputs that are no states | d rates of x ]
+ *   v = [ p parameters | c calculated parameters | u inputs | x states | y outputs that are no states | s | d rates of x ]
  * The first NE of y have a start that is set, from which `initial` calculates states; it stands while nothing is set or stepped.
  * m, beside it, are the step means: outputs that are the mean of a rate over the last step. k and g are what equations
  * keep that follows from parameters, and from parameters and inputs (native/cut.py): k belongs to p and c, g to their
- * values and to inputs that are kept with it.
+ * values and to inputs that are kept with it. s is the internal step taken, where there are any.
  *
  * One translation unit: all but the fmi2 functions is static. No mutable static data, no heap in fmi2DoStep.
  * Numbers equal those of the Python twin bit for bit where the compiler contracts no products (-ffp-contract=off).
@@ -58,7 +58,7 @@ enum { FIELD = 1 }; /* in the text of a condition: the place of a number */
 
 /* ---- data ------------------------------------------------------------------------------------------------------- */
 
-enum { P0 = 0, C0 = P0 + NP, U0 = C0 + NC, X0 = U0 + NU, Y0 = X0 + NX, D0 = Y0 + NY, NV = D0 + ND };
+enum { P0 = 0, C0 = P0 + NP, U0 = C0 + NC, X0 = U0 + NU, Y0 = X0 + NX, S0 = Y0 + NY, D0 = S0 + NS, NV = D0 + ND };
 
 #define TICK 1e-9      /* s, how near to a communication point a sample counts as due there */
 #define MOST_STEPS 1e9 /* internal steps or samples in a communication step */
@@ -77,6 +77,7 @@ typedef struct { /* everything that an FMU state holds: plain data, no pointers 
     double v[NV + 1], m[NM + 1];
     double u1[NU + 1], u2[NU + 1], u3[NU + 1]; /* input derivatives of order 1, 2, 3 */
     double k[NK + 1];
+    double automatic; /* s, longest internal step where none is set; 0: to be found */
     Held held;
     double x_next[NX + 1];         /* sampled: states after the sample that the outputs show */
     int64_t sample;                /* sampled: index of the next sample */
@@ -250,6 +251,7 @@ static void settle(State *s)
     CALL(fixed, IN(P(s->v), C(s->v)), OUT(s->k));
 #endif
     s->held.known = NOTHING;
+    s->automatic = 0;
     if (s->mode != INITIALIZATION) return;
 #ifdef initial_SZ_ARG
     {
@@ -510,10 +512,21 @@ static int fastest(const State *s, Complex *lambda)
 /* See up to which internal step RK4 follows the dynamics as they are now. */
 static void judge_internal_step(Instance *it)
 {
-    Complex lambda[NX];
+    Complex lambda[NX] = {{0, 0}};
     const double largest = P(it->s.v)[SOLVER_STEP];
     const int n = largest > 0 && isfinite(largest) ? fastest(&it->s, lambda) : 0;
     it->internal_step = judged(lambda, n, largest);
+}
+
+/* The longest internal step that is allowed now: the one set, or that of the dynamics. */
+static double longest_internal_step(State *s)
+{
+    if (P(s->v)[SOLVER_STEP] != 0) return P(s->v)[SOLVER_STEP];
+    if (s->automatic == 0) {
+        Complex lambda[NX] = {{0, 0}};
+        s->automatic = automatic(lambda, fastest(s, lambda));
+    }
+    return s->automatic;
 }
 
 /* Tell once that internal steps are too long. */
@@ -546,6 +559,7 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c)
     s->mode = STEPPING;
 #if !SAMPLED && NX
     judge_internal_step(it);
+    (void)longest_internal_step(s);
 #endif
     return fmi2OK;
 }
@@ -630,7 +644,7 @@ static int is_known(const State *s, fmi2ValueReference r)
 
 static int is_unknown(const State *s, fmi2ValueReference r)
 {
-    if (within(r, Y0, NV - Y0)) return 1;
+    if (within(r, Y0, NY) || within(r, D0, ND)) return 1;
     if (s->mode != INITIALIZATION) return within(r, X0, NX) && (variables[r].flags & OUTPUT);
     return within(r, C0, NC) || (within(r, X0, NX) && (variables[r].flags & (OUTPUT | SET_BEFORE)) != SET_BEFORE);
 }
@@ -782,6 +796,9 @@ static void integrate(State *s, double t, double step, int n)
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real step, fmi2Boolean no_set_state_before)
 {
     int i;
+#if SAMPLED || NX
+    double largest;
+#endif
     ENTER("fmi2DoStep", STEPPING);
     (void)no_set_state_before;
     if (!(step > 0) || !isfinite(step)) return fail(it, "fmi2DoStep: step %g s is not positive.", step);
@@ -789,25 +806,28 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real step, fmi2Boolean no
         return fail(it, "fmi2DoStep: asked to start at %.17g s, the FMU is at %.17g s.", t, s->t);
     if (s->stop_defined && t + step > s->stop + TICK + 4 * DBL_EPSILON * fabs(s->stop))
         return fail(it, "fmi2DoStep: a step to %.17g s passes the stop time %.17g s.", t + step, s->stop);
-#if SAMPLED || NX
-    {
-        const double largest = P(s->v)[SAMPLED ? SAMPLE_TIME : SOLVER_STEP];
-        if (!(largest > 0) || step / largest > MOST_STEPS)
-            return fail(it, "fmi2DoStep: %s = %g s does not suit a step of %g s.",
-                          SAMPLED ? "sample_time" : "solver.step", largest, step);
-    }
-#endif
     if (!s->inputs_move) forget_input_derivatives(s);
     settle(s);
+#if SAMPLED || NX
+#if SAMPLED
+    largest = P(s->v)[SAMPLE_TIME];
+#else
+    largest = longest_internal_step(s);
+#endif
+    if (!(largest > 0) || step / largest > MOST_STEPS)
+        return fail(it, "fmi2DoStep: %s = %g s does not suit a step of %g s.",
+                    SAMPLED ? "sample_time" : "solver.step", largest, step);
+#endif
 #if SAMPLED
     sample_step(s, t, step);
 #elif NX
     {
         /* A master's step is a difference of two times, each rounded: it may be longer than meant by some ulp of t. */
-        const double n = ceil((step - 4 * DBL_EPSILON * (fabs(t) + step)) / P(s->v)[SOLVER_STEP] - 1e-9);
+        const double n = ceil((step - 4 * DBL_EPSILON * (fabs(t) + step)) / largest - 1e-9);
         const double h = n > 1 ? step / n : step;
         if (it->internal_step.longest > 0 && h > it->internal_step.longest) warn_of_internal_step(it, h);
         integrate(s, t, step, n > 1 ? (int)n : 1);
+        s->v[S0] = h;
     }
 #endif
     if (s->inputs_move) { /* inputs stay where the extrapolation ends */

@@ -1,5 +1,7 @@
 """How long an internal step may be for the dynamics at the start; the twin of native/internal_step.c, which derives it.
 
+What is warned of where solver.step is set, and the step that is taken where it is 0.
+
 Eigenvalues are numpy's. Above LARGEST_MATRIX states only the largest modulus is sought, by the growth of J^k v, and
 taken for an eigenvalue that decays: of a big component only instability is found.
 """
@@ -15,6 +17,7 @@ from fmus.description.annotations import GROWS
 LARGEST_MATRIX, GROWTH_STEPS = 100, 200
 LOSS, REVOLUTIONS, ALWAYS_FITS = 1e-3, 100, 0.1
 HALVINGS = 60
+AUTOMATIC, DIGITS, OTHERWISE, LONGEST = 0.1, 2, 1e-3, 1e9
 
 _FITS, _OFF, _UNSTABLE = 0, 1, 2
 
@@ -61,6 +64,21 @@ def judged(times: Callable[[np.ndarray], np.ndarray], states: int, h: float) -> 
     advice = 0.5 * low if unstable else low  # where it is just stable, what decays hardly does
     digit = 10 ** math.floor(math.log10(advice))
     return InternalStep(low, math.floor(advice / digit) * digit, abs(which), unstable)
+
+
+def automatic(times: Callable[[np.ndarray], np.ndarray], states: int) -> float:
+    """Return the longest internal step that an FMU takes of itself, s; infinite where nothing moves by itself."""
+    if not states:
+        return math.inf
+    found = _eigenvalues(times, states) if states <= LARGEST_MATRIX else _fastest(times, states)
+    if not found:
+        return OTHERWISE
+    fastest = max(abs(value) for value in found)
+    if fastest * LONGEST <= AUTOMATIC:
+        return math.inf
+    step = AUTOMATIC / fastest
+    digit = math.pow(10, math.floor(math.log10(step)) - DIGITS + 1)
+    return math.floor(step / digit * (1 + 1e-6)) * digit
 
 
 def _eigenvalues(times: Callable[[np.ndarray], np.ndarray], states: int) -> Sequence[complex]:

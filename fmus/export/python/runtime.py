@@ -21,7 +21,7 @@ from fmus.description.annotations import COMMIT_SHOWN, SAMPLE_TIME, SOLVER_STEP
 from fmus.export.python import plain
 from fmus.export.python.buffered import Buffered
 from fmus.export.python.failure import RuntimeFailure
-from fmus.export.python.internal_step import InternalStep, judged
+from fmus.export.python.internal_step import InternalStep, automatic, judged
 from fmus.export.python.modes import FAILED, INITIALIZATION, INSTANTIATED, STEPPING, TERMINATED, admit
 from fmus.export.python.vector import Vector
 
@@ -53,6 +53,7 @@ class Runtime(Vector):
         self._shown_index = self._index(COMMIT_SHOWN)
         self.warn: Callable[[str], None] = lambda _text: None
         self._internal: InternalStep | None = None  # what is to be told of it, once
+        self._automatic = 0.0  # longest internal step where none is set, s; 0: to be found
         self._bind()
 
     def _bind(self) -> None:
@@ -114,7 +115,7 @@ class Runtime(Vector):
             self._evaluate()
         self._slopes.run()
         slopes = np.zeros_like(self.v)
-        slopes[self._first_state :] = np.concatenate([self._rates_now, self._y_slopes])
+        slopes[self._first_state : len(self.v) - len(self.taken)] = np.concatenate([self._rates_now, self._y_slopes])
         return slopes[list(references)]
 
     def _require_slopes(self, references: Sequence[int], orders: Sequence[int]) -> None:
@@ -129,14 +130,17 @@ class Runtime(Vector):
 
     # ---- evaluation ----------------------------------------------------------------------------------------
 
+    def _calculate_parameters(self) -> None:
+        self._calculate.run()
+        self._parameters_stale, self._automatic = False, 0.0
+
     def _evaluate(self) -> None:
         self._stale = False
         if self.component.python_only:
             plain.evaluate_outputs(self.component, self.t, self)
             return
         if self._parameters_stale:
-            self._calculate.run()
-            self._parameters_stale = False
+            self._calculate_parameters()
         if self.mode == INITIALIZATION:
             self._initial.run()
             self.x[:] = self._x_next
@@ -176,12 +180,20 @@ class Runtime(Vector):
         self.mode = STEPPING
         if self._step_index is not None:
             self._internal = judged(self._jacobian_times, len(self.x), float(self.v[self._step_index]))
+            self._longest_internal_step()
 
     def _jacobian_times(self, vector: np.ndarray) -> np.ndarray:
         """Return the product of df/dx, as it is now, with a vector."""
         self._seed[:] = vector
         self._tangent.run()
         return self._along.copy()
+
+    def _longest_internal_step(self) -> float:
+        """Return the longest internal step that is allowed now, s: the one set, or that of the dynamics."""
+        largest = float(self.v[self._step_index])
+        if largest == 0 and self._automatic == 0:
+            self._automatic = automatic(self._jacobian_times, len(self.x))
+        return largest or self._automatic
 
     def terminate(self) -> None:
         """End the run; variables can still be read (fmi2Terminate)."""
@@ -216,8 +228,7 @@ class Runtime(Vector):
         self._t[0] = t
         self._forget_derivatives()
         if self._parameters_stale and not self.component.python_only:
-            self._calculate.run()
-            self._parameters_stale = False
+            self._calculate_parameters()
         part = self.component
         if part.python_only:
             plain.advance(part, t, step, self)
@@ -242,12 +253,12 @@ class Runtime(Vector):
                 raise RuntimeFailure(f"fmi2DoStep: state {name} is not finite at {self.t:.9g} s.")
 
     def _integrate(self, t: float, step: float) -> None:
-        largest = float(self.v[self._step_index])
+        largest = self._longest_internal_step()
         if not largest > 0 or step / largest > MOST_STEPS:
             raise RuntimeFailure(f"fmi2DoStep: solver.step = {largest:g} s does not suit a step of {step:g} s.")
         # A master's step is a difference of two times, each rounded: it may be longer than meant by some ulp of t.
         n = max(1, math.ceil((step - 4 * EPSILON * (abs(t) + step)) / largest - 1e-9))
-        h = self._h[0] = step / n
+        h = self._h[0] = self.taken[:] = step / n
         if self._means:
             self._quantities.run()
             self._q0[:] = self._q1
@@ -321,6 +332,7 @@ class Runtime(Vector):
             "m": self.m.tolist(),
             "t": [self.t0, self.t, self.stop],
             "derivatives": [self._u1.tolist(), self._u2.tolist(), self._u3.tolist(), self._derivatives_new],
+            "internal_step": self._automatic,
             "samples": [self.sample, self.due, self._x_next.tolist()],
             "flags": [self.mode, self._stale, self._parameters_stale],
             "of": self._identity,
@@ -337,5 +349,6 @@ class Runtime(Vector):
         self.t0, self._t[0], self.stop = state["t"]
         self._u1[:], self._u2[:], self._u3[:], self._derivatives_new = state["derivatives"]
         self._derivatives_left = True
+        self._automatic = state["internal_step"]
         self.sample, self.due, self._x_next[:] = state["samples"]
         self.mode, self._stale, self._parameters_stale = state["flags"]

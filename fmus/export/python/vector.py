@@ -1,6 +1,7 @@
 """The variables of one instance of a python FMU: one flat vector, and what of it may be set when.
 
-Value reference = index into v = [p | c | u | x | y]: parameters, calculated parameters, inputs, states, other outputs.
+Value reference = index into v = [p | c | u | x | y | s]: parameters, calculated parameters, inputs, states, other
+outputs, the internal step taken (regions.py).
 """
 
 import math
@@ -11,6 +12,7 @@ import numpy as np
 
 from fmus.export.python.failure import RuntimeFailure
 from fmus.export.python.modes import GETTABLE, INITIALIZATION, INSTANTIATED, SETTABLE, STEPPING, admit
+from fmus.export.regions import step_taken
 
 
 class Vector:
@@ -21,12 +23,19 @@ class Vector:
 
     def __init__(self, component: Any, name: str):
         part, self.name = component, name
-        groups = (part.parameters, part.calculated_parameters, part.inputs, part.states, part.outputs_declared)
+        groups = (
+            part.parameters,
+            part.calculated_parameters,
+            part.inputs,
+            part.states,
+            part.outputs_declared,
+            step_taken(part),
+        )
         sizes = [part.size(g) for g in groups]
         ends = np.cumsum(sizes)
         self.v = np.zeros(int(ends[-1]))
-        p, c, u, x, y = (slice(int(e) - n, int(e)) for e, n in zip(ends, sizes, strict=True))
-        self.p, self.c, self.u, self.x, self.y = (self.v[s] for s in (p, c, u, x, y))
+        p, c, u, x, y, s = (slice(int(e) - n, int(e)) for e, n in zip(ends, sizes, strict=True))
+        self.p, self.c, self.u, self.x, self.y, self.taken = (self.v[part] for part in (p, c, u, x, y, s))
         self.names = [n for g in groups for v in g for n in v.elements()]
         self._first_input, self._first_state = u.start, x.start
         self.e = self.y[: part.size(part.exact_outputs)]  # whose start is set
@@ -77,9 +86,10 @@ class Vector:
             bad = [(r, x) for r, x in zip(references, values, strict=True) if not math.isfinite(x)]
             if bad:
                 raise RuntimeFailure(f"fmi2SetReal: variable {self.names[bad[0][0]]} = {bad[0][1]} is not finite.")
+        before = self.p.tobytes() if parameters else b""
         self.v[index] = values
         self._stale = True
-        if parameters:
+        if parameters and self.p.tobytes() != before:
             self._parameters_stale = True
 
     def require_real(self, function: str, references: Sequence[int]) -> None:

@@ -8,6 +8,8 @@ from components.framework import Component, Parameter, State
 class Linear(Component):
     """x' = A x."""
 
+    solver_step = 1e-3
+
     n: int = 2
     A = Parameter(unit="1/s", shape=("n", "n"), start=0.0, doc="matrix")
     x = State(unit="1", shape=("n",), start=1.0, output=True, doc="state")
@@ -18,6 +20,8 @@ class Linear(Component):
 
 class Chain(Component):
     """A chain of `n` states, whose fastest decay is at 4 k."""
+
+    solver_step = 1e-3
 
     n: int = 150
     k = Parameter(unit="1/s", start=2500.0, doc="coupling")

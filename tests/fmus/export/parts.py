@@ -17,6 +17,8 @@ from components.framework import (
 class Swing(Component):
     """A nonlinear plant: three states, a matrix parameter, calculated and tunable parameters, conditions."""
 
+    solver_step = 1e-3
+
     J = Parameter(unit="kg.m2", shape=(2, 2), start=((2.0, 0.3), (0.3, 1.5)), doc="inertia")
     stiffness = Parameter(unit="N.m", start=1.7, tunable=True, doc="stiffness")
     drive = Parameter(unit="1/s", start=0.9, doc="rate of the phase")

@@ -135,7 +135,8 @@ def test_it_is_told_once_a_run_as_a_warning(tmp_path):
 def test_a_fast_rigid_body(tmp_path, backend):
     """600 rad/s and more about each axis, of which 1 s at 1 ms loses 7e-4 of the energy."""
     fmu = build(FlexibleSpacecraft(modes=0, omega_BN_B=[600.0, 500.0, 620.0]), tmp_path / "Fast.fmu", backend)
-    system = System(name="s", components={"plant": fmu}, hold_unconnected=True)
+    parameters = {"plant.solver.step": 1e-3}
+    system = System(name="s", components={"plant": fmu}, parameters=parameters, hold_unconnected=True)
     result = simulate(system, Experiment(stop_time=0.01, communication_step_size=0.001), locate=find)
     (told,) = result.info["messages"]["plant"]
     assert "it turns or swings at a rate of 499 1/s" in told and "solver.step = 0.0003 s would do" in told

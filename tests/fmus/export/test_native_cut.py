@@ -18,6 +18,8 @@ EXTREMES = [0.0, -0.0, 1.0, -1.0, 1e300, -1e300, 5e-324]
 class Kept(Component):
     """Most of it follows from a parameter and the input."""
 
+    solver_step = 1e-3
+
     a = Parameter(unit="1", start=0.7, tunable=True, doc="a")
     b = CalculatedParameter(unit="1", doc="follows from a")
     u = Input(unit="1", shape=(2,), start=(0.4, -0.3), doc="u")
@@ -39,6 +41,8 @@ class Kept(Component):
 
 class Calling(Component):
     """Equations that call a function which CasADi does not write out."""
+
+    solver_step = 1e-3
 
     p = Parameter(unit="1", start=0.7, doc="p")
     x = State(unit="1", start=1.0, output=True, doc="x")

@@ -84,6 +84,7 @@ def flight(
             "spin_axes_B": np.eye(3),
         },
         parameters={
+            "*.solver.step": Value(1e-3, "s"),
             "plant.J": Value(mismatch * np.array(J), "kg.m2"),  # the controller does not know
             "plant.q_BN": [1.0, 0.0, 0.0, 0.0],
             "plant.omega_BN_B": Value([0.0, 0.0, 0.0], "rad/s"),

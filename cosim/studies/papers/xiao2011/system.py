@@ -254,6 +254,7 @@ def _flight(name: str, controller: str, size: float, gains: dict[str, Any], limi
             "spin_axes_B": np.eye(3),
         },
         parameters={
+            "*.solver.step": Value(1e-3, "s"),
             "plant.q_BN": q_BN,
             "plant.omega_BN_B": Value(omega_BN_B, "rad/s"),
             "plant.eta": [0.0] * 3,

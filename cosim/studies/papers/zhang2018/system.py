@@ -169,6 +169,7 @@ def _flight(experiment: str, reading: str = "degrees") -> Flight:
             "zeta": [ZETA] * 8,
         },
         parameters={
+            "*.solver.step": Value(1e-3, "s"),
             "plant.q_BN": q_BN,
             "plant.omega_BN_B": Value(omega_BN_B, "rad/s"),
             "guidance.amplitude": Value(AMPLITUDE, "deg"),
