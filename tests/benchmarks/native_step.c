@@ -3,7 +3,8 @@
 #include <stddef.h>
 
 #define CASADI_SYMBOL_EXPORT static
-#include "model.c"
+#include "whole.h"
+#include "whole.c"
 #undef EXPORT
 
 #if defined(_WIN32)
@@ -31,7 +32,7 @@ EXPORT void direct(long from, long steps, double h, long nx, double *x, const do
     for (k = from; k < from + steps; k++) {
         t = (double)k * h;
         arguments[0] = &t, arguments[1] = x, arguments[2] = u, arguments[3] = zero, arguments[4] = zero;
-        arguments[5] = p, arguments[6] = c, arguments[7] = &since, arguments[8] = &h;
+        arguments[5] = zero, arguments[6] = p, arguments[7] = c, arguments[8] = &since, arguments[9] = &h;
         results[0] = next;
         advance(arguments, results, iw, w, 0);
         for (i = 0; i < nx; i++) x[i] = next[i];

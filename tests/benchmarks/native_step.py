@@ -10,6 +10,7 @@ import tempfile
 from pathlib import Path
 
 import bench
+import casadi as ca
 import numpy as np
 
 from components.controllers.prescribed_performance import PrescribedPerformance
@@ -17,6 +18,7 @@ from components.framework import Component
 from components.framework.component import start_vector
 from components.plants.flexible_spacecraft import FlexibleSpacecraft
 from cosim.slaves.fmi2 import FmuSlave
+from fmus.description.annotations import SOLVER_STEP
 from fmus.export.build import build
 from fmus.export.native.native_fmu import describe_native, native_sources
 from fmus.export.regions import regions_of
@@ -32,6 +34,9 @@ class Fmu(ctypes.Structure):
 
 def measure(component: Component, folder: Path) -> None:
     name = component.name
+    generator = ca.CodeGenerator("whole.c", {"with_header": True, "casadi_int": "int"})
+    generator.add(component.functions.advance)
+    generator.generate(f"{folder}/")
     for file, data in native_sources(component, describe_native(component, name)).items():
         (folder / file).write_bytes(data)
     here = Path(__file__).with_suffix(".c")
@@ -48,6 +53,7 @@ def measure(component: Component, folder: Path) -> None:
         cause: np.array([v.value_reference for v in variables if v.causality == cause], np.uint32)
         for cause in ("input", "output")
     }
+    solver_step = (slave.description.variables[SOLVER_STEP].value_reference,)
     regions = regions_of(component, derivatives=True)
     states = range(regions.offset["x"], regions.offset["x"] + regions.size["x"])
     u, p = start_vector(component.inputs), start_vector(component.parameters)
@@ -59,6 +65,7 @@ def measure(component: Component, folder: Path) -> None:
         slave.free()
         slave.instantiate()
         slave.setup_experiment(0.0)
+        slave.set_real(solver_step, np.array([H]))
         slave.enter_initialization_mode()
         slave.exit_initialization_mode()
         x[:] = slave.get_real(tuple(states))

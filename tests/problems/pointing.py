@@ -11,6 +11,8 @@ from components.framework import Component, Input, Output, Parameter, State
 
 
 class Axis(Component):
+    solver_step = 1e-3
+
     J = Parameter(unit="kg.m2", start=100.0, doc="inertia")
     c = Parameter(unit="N.m.s/rad", start=0.5, doc="damping")
     k = Parameter(unit="N.m/rad", start=1.0, doc="stiffness")

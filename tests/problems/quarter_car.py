@@ -22,6 +22,8 @@ LINEAR = 1e12
 
 
 class Chassis(Component):
+    solver_step = 1e-3
+
     m_c = Parameter(unit="kg", start=400.0, doc="mass of the chassis")
     k_c = Parameter(unit="N/m", start=15e3, doc="stiffness of the suspension")
     d_c = Parameter(unit="N.s/m", start=1e3, doc="linear damping of the suspension")
@@ -43,6 +45,8 @@ class Chassis(Component):
 
 
 class Wheel(Component):
+    solver_step = 1e-3
+
     m_w = Parameter(unit="kg", start=40.0, doc="mass of the wheel")
     k_w = Parameter(unit="N/m", start=150e3, doc="stiffness of the tyre")
     z_r = Parameter(unit="m", start=0.1, doc="height of the road, from t = 0 on")

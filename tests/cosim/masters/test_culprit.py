@@ -27,7 +27,7 @@ def fmus(request, tmp_path_factory):
 
 
 def system(fmus, friction) -> System:
-    parameters = {"wheels.friction": [friction] * 3, "wheels.rotor_inertia": [0.05] * 3}
+    parameters = {"wheels.friction": [friction] * 3, "wheels.rotor_inertia": [0.05] * 3, "*.solver.step": 1e-3}
     held = {"wheels.tau_command_B": [0.1, 0.2, 0.3], "plant.tau_B": [0.0] * 3, "plant.tau_dist_B": [0.0] * 3}
     return both.of(fmus, LOOP, parameters=parameters, held=held)
 

@@ -26,7 +26,7 @@ def test_set_or_not_and_calculated(tmp_path):
     assert flown["plant"]["J"] == {"value": [[400.0, 0.0, 0.0], [0.0, 200.0, 0.0], [0.0, 0.0, 250.0]], "unit": "kg.m2"}
     assert flown["plant"]["omega_BN_B"]["value"] == [0.01, 0.0, 0.0]
     assert flown["plant"]["q_BN"]["value"] == [1.0, 0.0, 0.0, 0.0]
-    assert flown["plant"]["solver.step"] == {"value": 0.001, "unit": "s"}
+    assert flown["plant"]["solver.step"] == {"value": 0.0, "unit": "s"}
     assert flown["wheels"]["wheel_momentum"]["value"] == [0.5, 0.5, 0.5]
     assert abs(flown["plant"]["hub_inverse"]["value"][0][0] - 1 / (400 - 9)) < 1e-15  # J - delta^T delta
 

@@ -88,6 +88,8 @@ class Wheel(Component):
 class Turntable(Component):
     """Two exact outputs: users set rates, what is integrated are momenta, which contain a stored one."""
 
+    solver_step = 1e-3
+
     J = Parameter(unit="kg.m2", shape=(2, 2), start=((2.0, 0.3), (0.3, 1.5)), doc="inertia")
     spring = Parameter(unit="N.m/rad", start=0.7, doc="spring")
     J_inverse = CalculatedParameter(unit="1/(kg.m2)", shape=(2, 2), doc="inverse inertia")

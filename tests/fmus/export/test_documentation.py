@@ -147,7 +147,7 @@ def test_page_has_structure_values_and_shapes():
     assert variables["delta"].sized == "delta[3,3]"
     assert variables["J"].start == "[[300, 0, 0], [0, 200, 0], [0, 0, 250]]"
     assert variables["tau_B"].kind == "input" and variables["eta"].kind == "output"
-    assert variables["solver.step"].kind == "tunable parameter" and variables["solver.step"].start == "0.001"
+    assert variables["solver.step"].kind == "tunable parameter" and variables["solver.step"].start == "0"
     assert page.facts == "role in a loop: plant; structure: modes = 3"
 
 

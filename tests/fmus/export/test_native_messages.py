@@ -91,7 +91,7 @@ def test_step_is_refused(open_slave):
     ):
         refused(slave.doStep, t, step)
         assert slave.messages.pop() == text
-    for largest in (0.0, -1.0, 1e-12):
+    for largest in (-1.0, 1e-12):
         slave.set({"solver.step": largest})
         refused(slave.doStep, 0.0, 0.1)
         assert slave.messages.pop() == f"fmi2DoStep: solver.step = {largest:g} s does not suit a step of 0.1 s."
