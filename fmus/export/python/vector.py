@@ -89,17 +89,10 @@ class Vector:
             bad = [(r, x) for r, x in zip(references, values, strict=True) if not math.isfinite(x)]
             if bad:
                 raise RuntimeFailure(f"fmi2SetReal: variable {self.names[bad[0][0]]} = {bad[0][1]} is not finite.")
-<<<<<<< HEAD
         before = self.p.copy() if parameters else None
         self.v[index] = values
         self._stale = True
         if before is not None and self.p.tobytes() != before.tobytes():
-=======
-        before = self.p.tobytes() if parameters else b""
-        self.v[index] = values
-        self._stale = True
-        if parameters and self.p.tobytes() != before:
->>>>>>> cbffe4987e27a9770cdad06c05e26847a5885b68
             self._parameters_stale = True
             if self.mode == STEPPING:
                 try:
