@@ -27,7 +27,9 @@ for name, path in files.items():
     inputs = [v.name for v in description.modelVariables if v.causality == "input"]
     print(f"{name}: {description.modelName} {description.version}, {path.stat().st_size / 1e3:.0f} kB, inputs {inputs}")
     print("  problems:", validate_fmu(str(path)) or "none")
-    print("  documentation:", [file for file in ZipFile(path).namelist() if file.startswith("documentation/")])
+    with ZipFile(path) as fmu:
+        print("  documentation:", [file for file in fmu.namelist() if file.startswith("documentation/")])
+        path.with_suffix(".html").write_bytes(fmu.read("documentation/index.html"))
 
 # ---- fly them: a loop as any tool has it -----------------------------------------------------------------------
 
