@@ -47,13 +47,17 @@ class Unmoved:
         self.lacking: set[str] = set()
         self.dll: Any = _Lenient(_load(_library(description, folder), self._name), self._stand_in)
         self._loadFunctions()  # pyright: ignore[reportAttributeAccessIssue]
-        missing = [function for function in self.needed if function in self.lacking]
+        missing = [function for function in map(self.in_library, self.needed) if function in self.lacking]
         if missing:
             raise ValueError(f"it has no function {', '.join(missing)}")
         self.addresses = {name: _address(function) for name, function in self._functions.items()}
         self.component: Any = None
         self.callbacks: Any = None
         self.warned: Warned = {}
+
+    def in_library(self, function: str) -> str:
+        """Return the name that a function has in the library."""
+        return function
 
     def _stand_in(self, function: str) -> Any:
         """Return a function in C that stands for one that is not there; a caller in C may call it too."""

@@ -11,7 +11,11 @@ def open_fmu(name: str, path: Path) -> Slave:
     """Return an instance of an FMU file, not yet instantiated; raises `FmuError`."""
     description = SHELF.description(path)
     if description.fmi_version == "1.0":
-        raise FmuError(path, "it is of FMI 1.0: needed is 2.0 or 3.0")
+        from cosim.slaves.fmi1 import Fmi1Slave
+
+        if description.model_exchange:
+            raise FmuError(path, "it is of FMI 1.0 for model exchange: of FMI 1.0 only co-simulation is flown")
+        return Fmi1Slave(name, path)
     if description.model_exchange:
         from cosim.slaves.model_exchange import ModelExchange2, ModelExchange3
 

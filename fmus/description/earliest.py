@@ -40,6 +40,4 @@ def capabilities(root: Any) -> dict[str, Any]:
 
     return {
         "can_handle_variable_step": can("canHandleVariableCommunicationStepSize"),
-        "can_interpolate_inputs": can("canInterpolateInputs"),
-        "max_output_derivative_order": int(attributes.get("maxOutputDerivativeOrder", 0)),
-    }
+    }  # derivatives of inputs and outputs are not asked for
