@@ -85,8 +85,6 @@ def _from_fmpy(description: Any, annotations: Annotations, root: Any) -> ModelDe
         units={u.name: _unit(u) for u in description.unitDefinitions},
         default_experiment=_default_experiment(description.defaultExperiment),
         model_exchange=description.coSimulation is None,
-        states=description.numberOfContinuousStates if description.coSimulation is None else 0,
-        event_indicators=description.numberOfEventIndicators,
         **_capabilities(description, root, annotations),
         only_once_per_process=own.canBeInstantiatedOnlyOncePerProcess,
         needs_execution_tool=own.needsExecutionTool,
@@ -128,10 +126,11 @@ def _interface(description: Any, root: Any) -> dict[str, Any]:
 
 
 def _capabilities(description: Any, root: Any, annotations: Annotations) -> dict[str, Any]:
-    """Return the capabilities of co-simulation; what is integrated here has none of them but to step as one likes."""
+    """Return the capabilities of co-simulation; of what is integrated here, which has none, its sizes."""
     own, tag = description.coSimulation, root.find("CoSimulation")
     if own is None:
-        return {}
+        states, indicators = description.numberOfContinuousStates, description.numberOfEventIndicators
+        return {"states": states, "event_indicators": indicators}
     if tag is None:
         return earliest.capabilities(root)
     directional = {tag.get("providesDirectionalDerivative"), tag.get("providesDirectionalDerivatives")}
