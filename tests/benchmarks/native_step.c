@@ -3,7 +3,6 @@
 #include <stddef.h>
 
 #define CASADI_SYMBOL_EXPORT static
-#include "whole.h"
 #include "whole.c"
 #undef EXPORT
 

@@ -37,6 +37,8 @@ def measure(component: Component, folder: Path) -> None:
     generator = ca.CodeGenerator("whole.c", {"with_header": True, "casadi_int": "int"})
     generator.add(component.functions.advance)
     generator.generate(f"{folder}/")
+    sizes = [line for line in (folder / "whole.h").read_text().splitlines() if line.startswith("#define advance_SZ")]
+    (folder / "whole.c").write_text("\n".join([(folder / "whole.c").read_text(), *sizes, ""]))
     for file, data in native_sources(component, describe_native(component, name)).items():
         (folder / file).write_bytes(data)
     here = Path(__file__).with_suffix(".c")
@@ -74,8 +76,10 @@ def measure(component: Component, folder: Path) -> None:
         loops.direct(0, STEPS, H, len(x), *(a.ctypes.data for a in (x, u, zero, p, c)))
 
     def fmu() -> object:
+        c = slave.c_interface()
+        assert c is not None
         return ctypes.byref(
-            Fmu(slave.address, slave.entry("fmi2SetReal"), slave.entry("fmi2GetReal"), slave.entry("fmi2DoStep"))
+            Fmu(c.component, *(c.functions[f"fmi2{name}"] for name in ("SetReal", "GetReal", "DoStep")))
         )
 
     def exchange() -> None:
