@@ -14,7 +14,6 @@ from cosim.studies.papers import describe
 ROOT = Path(__file__).parents[1]
 BLOCK = re.compile(r"^```(\w*) ?(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 DATA = ("csv", "toml")
-INCLUDED = "--8<-- "  # a file of examples/: tests/test_examples.py runs it
 
 
 @dataclass(frozen=True)
@@ -31,7 +30,8 @@ class Text:
     @property
     def commands(self) -> list[str]:
         shells = (code for language, kind, code in self.blocks if language == "sh" and kind != "pip")
-        return [line for code in shells for line in code.splitlines() if line and not line.startswith(INCLUDED)]
+        joined = (code.replace("\\\n", " ") for code in shells)
+        return [line for code in joined for line in code.splitlines() if line]
 
     @property
     def programs(self) -> list[str]:
@@ -77,10 +77,10 @@ def run(line: str, folder: Path) -> str:
 
 
 def test_every_block_is_run_or_says_what_it_is():
-    """`text` is output, `sh pip` installs, `python FILE` and data are files; an included example is run by its test."""
+    """`text` is output, `sh pip` installs, `python FILE` and data are files."""
     for page in PAGES:
         for language, name, code in page.blocks:
-            known = language in ("text", "sh", "") or name or code.startswith(INCLUDED)
+            known = language in ("text", "sh", "") or name
             assert known, f"{name_of(page)}: a block of {language} without a name\n{code}"
 
 

@@ -22,10 +22,14 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Return the page with links to the root's texts as links to their pages; ```` ```python FILE ```` gets a title."""
+    """Return the page with links to the root's texts as links to their pages.
+
+    ```` ```python FILE ```` gets a title, and `<!-- file: PATH -->` becomes the file.
+    """
     up = "../" * page.file.src_uri.count("/")
     for name, target in PAGES.items():
         markdown = markdown.replace(f"]({up}../{name}", f"]({up}{target}")
+    markdown = re.sub(r"^<!-- file: (\S+) -->$", lambda m: _code(ROOT / m[1]), markdown, flags=re.MULTILINE)
     markdown = re.sub(r"^```(\w+) (\w+\.\w+)$", r'```\1 title="\2"', markdown, flags=re.MULTILINE)
     return re.sub(r"^```sh pip$", "```sh", markdown, flags=re.MULTILINE)
 
@@ -36,3 +40,8 @@ def _within(path: Path) -> str:
     for name, page in PAGES.items():
         text = text.replace(f"]({name}", f"]({page}")
     return text
+
+
+def _code(path: Path) -> str:
+    language = {".py": "python", ".sh": "sh"}[path.suffix]
+    return f"```{language} {path.name}\n{path.read_text(encoding='utf-8')}```"
