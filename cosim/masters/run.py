@@ -24,7 +24,28 @@ class Interludes(Protocol):
         ...
 
 
-def run(algorithm: Algorithm, control: Control, point: Point, watch: Watch, interludes: Interludes) -> Generator[Point]:
+class Nothing:
+    """No interlude."""
+
+    def last(self, end: int) -> int:
+        """Return the end."""
+        return end
+
+    def due(self, point: Point) -> bool:
+        """Whether one waits: never."""
+        return False
+
+    def apply(self, point: Point) -> Point:
+        """Return the point as it is."""
+        return point
+
+
+NOTHING = Nothing()
+
+
+def run(
+    algorithm: Algorithm, control: Control, point: Point, watch: Watch, interludes: Interludes = NOTHING
+) -> Generator[Point]:
     """Run on from a point until its end, the flag or the wish to stop; raises `StepFailed`, `ValueRefused`.
 
     Rows go to the watch's block. The generator yields the point reached whenever the caller may look: the first row is

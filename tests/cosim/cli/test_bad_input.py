@@ -433,8 +433,8 @@ class TestFmuFiles:
 
     def test_no_binary_for_this_platform(self, run, law, folder):
         other, end = ("win64", ".dll") if fmpy.platform != "win64" else ("linux64", ".so")
-        library = f"binaries/{other}/PD{end}"
-        tiny_fmu.changed(law, Path("bad.fmu"), rename=lambda n: library if n.startswith("binaries/") else n)
+        moved = {"binaries": f"binaries/{other}/PD{end}"}
+        tiny_fmu.changed(law, Path("bad.fmu"), rename=lambda n: moved.get(n.split("/")[0], n.replace("sources/", "c/")))
         text = self.use(run)
         assert f"bad.fmu: it has no binary for this platform: needed {fmpy.platform}, there: {other}." in text
 

@@ -139,9 +139,9 @@ class TestNearest:
 
     def test_plants_and_controllers_to_compare(self, refused):
         text = refused("compare", "--plants", "zang2018")
-        assert 'unknown plant "zang2018" in the papers. Did you mean "zhang2018"' in text
+        assert 'unknown plant "zang2018" in the papers and the catalog. Did you mean "zhang2018"' in text
         text = refused("compare", "--plants", "zhang2018", "--controllers", "zhang2018-act")
-        assert 'unknown controller "zhang2018-act" in the papers. Did you mean "zhang2018-atc"' in text
+        assert 'unknown controller "zhang2018-act" in the papers and the catalog. Did you mean "zhang2018-atc"' in text
 
 
 class TestFunctions:

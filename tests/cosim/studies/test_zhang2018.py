@@ -84,7 +84,8 @@ def test_the_system_is_complete(name):
     assert all(timings[f"controller.{n}"] == "smooth" for n in controller)
     assert timings["plant.tau_B"] == "at_point" and timings["plant.tau_dist_B"] == "smooth"
     assert isinstance(experiment.master, Iterated if stiff else Explicit)
-    assert {p.split(".")[0] for p in flight.parameters} <= set(flight.components)
+    assert {p.split(".")[0] for p in flight.parameters} <= {"*", *flight.components}
+    assert flight.parameters["*.solver.step"] == Value(1e-3, "s")
 
 
 @pytest.mark.parametrize("name", NAMES)
