@@ -200,14 +200,14 @@ REFUSALS = {
     "static": ({"static_friction": -1e-3}, ["static_friction[1] = -0.001 N.m: it must not be negative"]),
     "stribeck": ({"stribeck_speed": 0}, ["stribeck_speed[1] = 0 rad/s: it must be positive"]),
     "steep": (
-        {"coulomb_friction": [0, 0.1, 0], "stribeck_speed": 5e-3},
+        {"solver.step": 1e-3, "coulomb_friction": [0, 0.1, 0], "stribeck_speed": 5e-3},
         [
             "friction of wheel 2 is too steep at rest for solver.step = 0.001 s: it needs 0.000695 s or less",
             "0.005 rad/s.",
         ],
     ),
     "lag": (
-        {"motor_lag": 1e-4},
+        {"solver.step": 1e-3, "motor_lag": 1e-4},
         ["motor_lag = 0.0001 s: it must be 0 or at least half the internal step, solver.step = 0.001 s."],
     ),
     "sick": ({"health": [1, 1, -0.1]}, ["health[3] = -0.1: it must not be negative"]),
