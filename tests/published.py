@@ -8,7 +8,7 @@ import numpy as np
 from helpers import Point
 
 from components.framework import Component
-from cosim.cli.instances import start_values
+from cosim.cli.instances import as_arrays
 from cosim.studies import papers
 from cosim.system import System
 from cosim.system.expand import wire
@@ -51,7 +51,7 @@ def _values(experiment: str) -> tuple[System, dict[str, Component], dict[str, di
     system, _ = papers.scenario(experiment)
     bare = {name: references.parse(reference).component() for name, reference in system.components.items()}
     wiring = wire(system, {name: describe(c, c.name, derivatives=True) for name, c in bare.items()})
-    return system, bare, {name: start_values(wiring, name) for name in bare}
+    return system, bare, {name: as_arrays(wiring, name, {**wiring.settings, **wiring.held}) for name in bare}
 
 
 @cache
