@@ -37,7 +37,9 @@ class GyroNoise:
 class TrackerNoise:
     """Noise of a star tracker, of one measurement."""
 
-    boresight_B = Parameter(unit="1", shape=(3,), start=(0.0, 0.0, 1.0), doc="where the star tracker looks")
+    boresight_B = Parameter(
+        unit="1", shape=(3,), start=(0.0, 0.0, 1.0), unit_length=True, doc="where the star tracker looks"
+    )
     cross_noise = Parameter(
         unit="rad", display_unit="arcsec", doc="deviation of a measurement, about either axis across the boresight"
     )
@@ -53,10 +55,3 @@ def deviation(p: Any) -> Any:
 def gyro_conditions(component: Component, p: Any) -> list[Condition]:
     """Return the conditions on the parameters of `GyroNoise`."""
     return not_negative(component, p, "angle_random_walk", "rate_random_walk")
-
-
-def boresight_condition(p: Any) -> Condition:
-    """Return the condition that the boresight is a unit vector."""
-    norm = ca.norm_2(p.boresight_B)
-    text = "boresight_B has length {}, a unit vector (within 1e-6) is needed. Divide it by its length."
-    return Condition(1e-6 - ca.fabs(norm - 1), text, (norm,))

@@ -16,7 +16,7 @@ import numpy as np
 
 from .framework import Component, Condition, Parameter, not_negative, positive
 from .mathematics import cmg
-from .mathematics.axes import axis_conditions, spanning_condition
+from .mathematics.axes import spanning_condition
 from .mathematics.vectors import asymmetry, smallest_eigenvalue
 from .numbers import neutral
 
@@ -50,6 +50,7 @@ class MomentumStorage:
         shape=(3, "gimbals"),
         start=lambda c: neutral.pyramid(c.gimbals)[0],
         shared=True,
+        unit_length=True,
         doc="gimbal axes",
     )
     rotor_axes_B = Parameter(
@@ -57,6 +58,7 @@ class MomentumStorage:
         shape=(3, "gimbals"),
         start=lambda c: neutral.pyramid(c.gimbals)[1],
         shared=True,
+        unit_length=True,
         doc="rotor axes at angle 0",
     )
     rotor_momentum = Parameter(
@@ -71,6 +73,7 @@ class MomentumStorage:
         shape=(3, "wheels"),
         start=lambda c: neutral.wheel_axes(c.wheels),
         shared=True,
+        unit_length=True,
         doc="spin axes, a column a wheel",
     )
     wheel_inertia = Parameter(
@@ -144,7 +147,7 @@ def flexible_conditions(component: Component, p: Any) -> list[Condition]:
 
 
 def quaternion_condition(name: str, q: Any) -> Condition:
-    """Return the condition that a quaternion given at the start is one of a rotation."""
+    """Return the condition that a quaternion that comes from others is, at the start, one of a rotation."""
     norm = ca.norm_2(q)
     text = f"{name} has norm {{}} at the start, a unit quaternion (within 1e-6) is needed. Divide it by its norm."
     return Condition(1e-6 - ca.fabs(norm - 1), text, (norm,))
@@ -158,8 +161,6 @@ def attitude_conditions(u: Any) -> list[Condition]:
 def storage_conditions(component: Component, p: Any) -> list[Condition]:
     """Return the conditions on the parameters of `MomentumStorage`."""
     conditions = cmg.geometry_conditions(p.gimbal_axes_B, p.rotor_axes_B)
-    for name in ("gimbal_axes_B", "rotor_axes_B", "spin_axes_B"):
-        conditions += axis_conditions(name, vars(p)[name], spanning=False)
     every = ca.horzcat(p.rotor_axes_B, cmg.transverse(p.gimbal_axes_B, p.rotor_axes_B), p.spin_axes_B)
     conditions.append(spanning_condition("rotor, transverse and spin axes together", every))
     return [*conditions, *positive(component, p, "rotor_momentum", "wheel_inertia")]

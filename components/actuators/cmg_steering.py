@@ -141,7 +141,7 @@ class CmgSteering(Component):
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
         conditions = [
-            *axes.axis_conditions("spin_axes_B", p.spin_axes_B),
+            axes.spanning_condition("axes spin_axes_B", p.spin_axes_B),
             *limit_conditions(self, p),
             *positive(self, p, "rotor_momentum", "wheel_inertia", "plane_torque_limit", "lambda_0"),
             *not_negative(self, p, "hand_over_time", "alpha"),

@@ -40,7 +40,7 @@ from ..framework import (
 )
 from ..mathematics import bearing
 from ..mathematics.allocation import robust_inverse, weighted_inverse
-from ..mathematics.axes import SPANNING, axis_conditions
+from ..mathematics.axes import SPANNING, spanning_condition
 from ..mathematics.limits import saturated, stopped
 from ..mathematics.vectors import smallest_eigenvalue
 from ..numbers import neutral
@@ -123,7 +123,7 @@ class ReactionWheels(Component):
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
         conditions = [
-            *axis_conditions("spin_axes_B", p.spin_axes_B),
+            spanning_condition("axes spin_axes_B", p.spin_axes_B),
             *positive(self, p, "torque_limit", "momentum_limit", "rotor_inertia", "stribeck_speed"),
             *not_negative(self, p, "friction", "coulomb_friction", "static_friction", "health", "allocation_weight"),
             lag_condition(p, "motor_lag"),

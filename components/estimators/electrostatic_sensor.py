@@ -36,7 +36,7 @@ class ElectrostaticSensor(Component):
     r_rel_true = Input(unit="m", shape=(3,), nominal=1e-3, doc="test mass in its cage, S")
     q_TS_true = Input(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude of the test mass to the satellite")
     r_seen = State(unit="m", shape=(3,), nominal=1e-3, doc="position measured last")
-    q_seen = State(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude measured last")
+    q_seen = State(unit="1", shape=(4,), start=NO_ROTATION, unit_length=True, doc="attitude measured last")
     r_slow = State(unit="m", shape=(3,), calculated=True, nominal=1e-3, doc="y, filtered position")
     th_slow = State(unit="rad", shape=(3,), calculated=True, nominal=1e-2, doc="filtered rotation vector")
     v_seen = State(unit="m/s", shape=(3,), nominal=1e-4, doc="velocity estimated last")
@@ -72,5 +72,4 @@ class ElectrostaticSensor(Component):
             *positive(self, p, "filter_time"),
             *not_negative(self, p, "position_noise", "attitude_noise"),
             quaternion_condition("q_TS_true", u.q_TS_true),
-            quaternion_condition("q_seen", x.q_seen),
         ]

@@ -109,7 +109,6 @@ class StarTracker(Component):
         fits = ca.fabs(late - ca.floor(late + 0.5)) < 1e-6
         longest = self.memory * n * p.sample_time
         return [
-            attitude_sensing.boresight_condition(p),
             *not_negative(self, p, "cross_noise", "roll_noise", "latency"),
             *flag_conditions(self, p, "available"),
             quaternion_condition("q_BN_true", u.q_BN_true),

@@ -30,7 +30,7 @@ class StarTrackerGyro(Component):
 
     q_BN_true = Input(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude of the body, scalar first")
     omega_BN_B_true = Input(unit="rad/s", shape=(3,), nominal=1e-3, doc="rate of the body")
-    q_seen = State(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude measured last")
+    q_seen = State(unit="1", shape=(4,), start=NO_ROTATION, unit_length=True, doc="attitude measured last")
     omega_seen = State(unit="rad/s", shape=(3,), nominal=1e-3, doc="rate measured last")
     q_BN = Output(unit="1", shape=(4,), doc="measured attitude of the body, scalar first")
     omega_BN_B = Output(unit="rad/s", shape=(3,), nominal=1e-3, doc="measured rate of the body")
@@ -50,5 +50,4 @@ class StarTrackerGyro(Component):
         return [
             *not_negative(self, p, "attitude_noise", "rate_noise"),
             quaternion_condition("q_BN_true", u.q_BN_true),
-            quaternion_condition("q_seen", x.q_seen),
         ]

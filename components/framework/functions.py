@@ -14,6 +14,7 @@ import numpy as np
 from .equations import Condition, Equations
 from .errors import ComponentError
 from .integrator import rk4
+from .unit_vectors import normalised, unit_conditions
 from .variables import Variable
 from .vectors import Values, flatten, unflatten
 
@@ -30,6 +31,7 @@ class Functions:
     means       (t, x, p, c) -> q                           quantities whose rate the step means average
     mean_rates  (t, x, u, p, c) -> m                        their time derivatives
     calculate   (p) -> c
+    normalise   (x, p) -> lengths, x, p                     None without unit vectors, see unit_vectors.py
     initial     (t, x, u, p, c, e) -> x                     calculated states filled in
     check       (t, x, u, p, c) -> margins, shown
     forward     (t, x, u, p, c, st, sx, su, sp, sm) -> sdx, sy      directional derivative
@@ -87,6 +89,16 @@ class Functions:
         part = self._component
         values = part.calculate(Values(**unflatten(part.parameters, self._p)))
         return self._function("calculate", "p", {"c": self._flatten("calculate", part.calculated_parameters, values)})
+
+    @cached_property
+    def normalise(self) -> ca.Function | None:
+        """(x, p) -> lengths of the unit vectors, and x, p with those divided by theirs that were typed."""
+        part = self._component
+        of_x, x = normalised(part.states, unflatten(part.states, self._x))
+        of_p, p = normalised(part.parameters, unflatten(part.parameters, self._p))
+        flat = {"x_unit": self._flatten("x", part.states, x), "p_unit": self._flatten("p", part.parameters, p)}
+        lengths = ca.vertcat(*of_x, *of_p)
+        return self._function("normalise", "x p", {"lengths": lengths, **flat}) if of_x or of_p else None
 
     @cached_property
     def initial(self) -> ca.Function:
@@ -166,8 +178,9 @@ class Functions:
 
     @cached_property
     def conditions(self) -> list[Condition]:
-        """What check returns, as expressions."""
-        return self._component.check(*self._named)
+        """What unit vectors must be, and what check returns, as expressions."""
+        _, x, _, p = self._named
+        return [*unit_conditions(self._component, x, p), *self._component.check(*self._named)]
 
     @cached_property
     def lasting_conditions(self) -> list[bool]:

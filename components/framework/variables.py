@@ -49,11 +49,13 @@ class Variable:
 class Parameter(Variable):
     """A number that a user may set: fixed at the end of initialization, or tunable between steps.
 
-    shared: it is one of the vehicle, with one value in every component that knows it.
+    shared: it is one of the vehicle, with one value in every component that knows it. unit_length: it is a quaternion,
+    an axis, or a matrix with an axis a column (unit_vectors.py).
     """
 
     tunable: bool = False
     shared: bool = False
+    unit_length: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,10 +81,12 @@ class State(Variable):
     """A state: continuous (`derivatives`), of a sampled component (`update`), or of a Python-only one (`step`).
 
     output: it is an output too. calculated: its start value comes from `initial(t, u, p)` and cannot be set.
+    unit_length: its start is a quaternion or an axis (unit_vectors.py).
     """
 
     output: bool = False
     calculated: bool = False
+    unit_length: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

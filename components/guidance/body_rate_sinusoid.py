@@ -15,8 +15,7 @@ from typing import Any
 
 import casadi as ca
 
-from .. import vehicle
-from ..framework import Component, Condition, Guidance, Parameter, State
+from ..framework import Component, Guidance, Parameter, State
 from ..framework.ports import NO_ROTATION
 from ..mathematics import quaternion
 
@@ -39,7 +38,14 @@ class BodyRateSinusoid(Component):
     phase = Parameter(unit="rad", shape=(3,), display_unit="deg", doc="phase at t = 0 of the rate about x, y, z")
     bias = Parameter(unit="rad/s", shape=(3,), display_unit="deg/s", doc="mean rate about x, y, z")
 
-    q_RN = State(unit="1", shape=(4,), start=NO_ROTATION, output=True, doc="attitude of the reference, scalar first")
+    q_RN = State(
+        unit="1",
+        shape=(4,),
+        start=NO_ROTATION,
+        output=True,
+        unit_length=True,
+        doc="attitude of the reference, scalar first",
+    )
 
     def derivatives(self, t: Any, x: Any, u: Any, p: Any) -> dict[str, Any]:
         return {"q_RN": quaternion.rate(x.q_RN, self._rate(t, p))}  # (3)
@@ -52,9 +58,6 @@ class BodyRateSinusoid(Component):
             "omega_RN_R": self._rate(t, p),
             "omega_dot_RN_R": p.amplitude * p.frequency * ca.cos(p.frequency * t + p.phase),  # (2)
         }
-
-    def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        return [vehicle.quaternion_condition("q_RN", x.q_RN)]
 
     def _rate(self, t: Any, p: Any) -> Any:
         return p.bias + p.amplitude * ca.sin(p.frequency * t + p.phase)  # (1)

@@ -22,7 +22,6 @@ from ..framework import Component, Condition, Guidance, Output, Parameter, flag_
 from ..framework.ports import NO_ROTATION
 from ..mathematics import quaternion
 from ..vehicle import DEGREE
-from .attitude_step import turn_conditions
 
 LEAST = 1e-12  # rad: an angle below it takes the time of this one, so that T and its derivative are finite
 
@@ -30,8 +29,10 @@ LEAST = 1e-12  # rad: an angle below it takes the time of this one, so that T an
 class Slew(Component):
     ports = Guidance
 
-    q_start = Parameter(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude before the turn, scalar first")
-    axis = Parameter(unit="1", shape=(3,), start=(0, 1, 0), doc="axis of the turn, unit vector in R")
+    q_start = Parameter(
+        unit="1", shape=(4,), start=NO_ROTATION, unit_length=True, doc="attitude before the turn, scalar first"
+    )
+    axis = Parameter(unit="1", shape=(3,), start=(0, 1, 0), unit_length=True, doc="axis of the turn, unit vector in R")
     angle = Parameter(unit="rad", display_unit="deg", doc="angle of the turn")
     start_time = Parameter(unit="s", doc="time at which the turn begins")
     max_rate = Parameter(unit="rad/s", start=DEGREE, display_unit="deg/s", doc="largest rate")
@@ -51,7 +52,7 @@ class Slew(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        conditions = [*turn_conditions(p), *flag_conditions(self, p, "smooth")]
+        conditions = flag_conditions(self, p, "smooth")
         for name, unit in (("max_rate", "deg/s"), ("max_acceleration", "deg/s2")):
             value = vars(p)[name]
             conditions.append(Condition(value, f"{name} = {{}} {unit}: it must be positive.", (value / DEGREE,)))

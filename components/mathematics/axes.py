@@ -33,13 +33,3 @@ def spanning_condition(what: str, A: Any, remedy: str = "No torque about one axi
     least = smallest_eigenvalue(A @ A.T)
     text = f"{what} do not span three dimensions (smallest eigenvalue of A A^T {{}}). {remedy}"
     return Condition(least - SPANNING, text, (least,))
-
-
-def axis_conditions(name: str, A: Any, spanning: bool = True) -> list[Condition]:
-    """Return the conditions that the columns of A are unit vectors and span three dimensions."""
-    norms = [ca.norm_2(A[:, i]) for i in range(A.shape[1])]
-    text = "axis {} of {} has length {{}}, a unit vector (within 1e-6) is needed. Divide it by its length."
-    conditions = [
-        Condition(1e-6 - ca.fabs(norm - 1), text.format(i + 1, name), (norm,)) for i, norm in enumerate(norms)
-    ]
-    return conditions + ([spanning_condition(f"axes {name}", A)] if spanning else [])

@@ -45,7 +45,9 @@ class FlexibleSpacecraft(Component):
     zeta = vehicle.zeta
     hub_inverse = CalculatedParameter(unit="1/(kg.m2)", shape=(3, 3), doc="inverse of J - delta^T delta")
 
-    q_BN = State(unit="1", shape=(4,), start=NO_ROTATION, output=True, doc="attitude of the body, scalar first")
+    q_BN = State(
+        unit="1", shape=(4,), start=NO_ROTATION, output=True, unit_length=True, doc="attitude of the body, scalar first"
+    )
     L_B = State(unit="N.m.s", shape=(3,), calculated=True, doc="total angular momentum, that of the actuators included")
     eta = State(unit="kg(1/2).m", shape=("modes",), output=True, nominal=1e-3, doc="modal coordinate, mass-normalised")
     psi_eta = State(
@@ -86,7 +88,7 @@ class FlexibleSpacecraft(Component):
         }
 
     def check(self, t: Any, x: Any, u: Any, p: Any) -> list[Condition]:
-        return [*vehicle.flexible_conditions(self, p), vehicle.quaternion_condition("q_BN", x.q_BN)]
+        return vehicle.flexible_conditions(self, p)
 
     def _hub(self, p: Any) -> Any:
         return p.J - p.delta.T @ p.delta

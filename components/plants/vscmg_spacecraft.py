@@ -111,7 +111,9 @@ class VscmgSpacecraft(Component):
     rotor_acceleration_command = Input(unit="rad/s2", shape=("gimbals",), doc="accelerations of the gyros' rotors")
     wheel_acceleration_command = Input(unit="rad/s2", shape=("wheels",), doc="wheel accelerations wanted")
 
-    q_BN = State(unit="1", shape=(4,), start=NO_ROTATION, output=True, doc="attitude of the body, scalar first")
+    q_BN = State(
+        unit="1", shape=(4,), start=NO_ROTATION, output=True, unit_length=True, doc="attitude of the body, scalar first"
+    )
     L_B = State(unit="N.m.s", shape=(3,), calculated=True, doc="total angular momentum, that of all actuators included")
     gimbal_angle = State(unit="rad", shape=("gimbals",), output=True, display_unit="deg", doc="gamma, gimbal angles")
     gimbal_rate = State(unit="rad/s", shape=("gimbals",), output=True, nominal=1e-2, doc="gimbal rates")
@@ -188,7 +190,6 @@ class VscmgSpacecraft(Component):
             *vehicle.storage_conditions(self, p),
             *vehicle.installation_conditions(p),
             *positive(self, p, "I_cg", "I_cs", "I_ct", "I_cws", "gimbal_lag"),
-            vehicle.quaternion_condition("q_BN", x.q_BN),
             Condition(least, text, (least,)),
         ]
         for i in range(self.gimbals):

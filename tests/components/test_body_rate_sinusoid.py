@@ -39,5 +39,5 @@ def test_sign_is_continuous_and_length_kept():
 
 @pytest.mark.parametrize("norm", [0.0, 2.0])
 def test_refusal(norm):
-    text = f"q_RN has norm {norm:g} at the start, a unit quaternion (within 1e-6) is needed. Divide it by its norm."
+    text = f"q_RN has norm {norm:g} at the start, a unit quaternion (within 0.001) is needed. Divide it by its norm."
     assert Point(BodyRateSinusoid(q_RN=[norm, 0, 0, 0])).violated() == [text]

@@ -180,7 +180,7 @@ def test_rate_of_the_orbit_frame_where_the_earth_is_oblate():
         (dict(earth_radius=0.0), "earth_radius = 0 m: it must be positive."),
         (dict(terminator_width=0.0), "terminator_width = 0 m: it must be positive."),
         (dict(penumbra_width=0.0), "penumbra_width = 0 m: it must be positive."),
-        (dict(sun_N=[1, 1, 0]), "sun_N has length 1.41421: a unit vector"),
+        (dict(sun_N=[1, 1, 0]), "sun_N has length 1.41421, a unit vector"),
         (dict(scale_height=0.0), "scale_height = 0 m: it must be positive."),
         (dict(gust_corner=-1.0), "gust_corner = -1 1/s: it must be positive."),
         (dict(gust_band=[0.2, 0.1]), "gust_band is 0.2 to 0.1 Hz: 0 < lowest < highest is needed."),

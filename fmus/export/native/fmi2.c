@@ -2,7 +2,7 @@
  *
  * Written by hand, the same for every component; the twin of fmus/export/python/runtime.py, rule for rule. Generated beside it:
  *   model.h   name and GUID, sizes, variables (name, start value, when they may be set), texts of the conditions,
- *             which parameters mean something to this file
+ *             which parameters mean something to this file, what is said of unit vectors
  *   model.c   the component's functions of flat vectors; which of them exist is seen from CasADi's macros <name>_SZ_ARG
  *
  * One flat vector holds every variable, a value reference is an index into it (sizes NP, NC, ... from model.h):
@@ -111,7 +111,7 @@ enum { SAVED_VERSION = 5 };
 
 /* ---- messages --------------------------------------------------------------------------------------------------- */
 
-/* All that this FMU ever logs are errors and one warning, which a host wants to see whatever it has switched on. */
+/* All that this FMU ever logs are errors and two kinds of warnings, which a host wants to see whatever it has switched on. */
 static void tell(const Instance *it, fmi2Status status, const char *category, const char *format, va_list arguments)
 {
     char text[1024];
@@ -129,7 +129,7 @@ static fmi2Status fail(const Instance *it, const char *format, ...)
     return fmi2Error;
 }
 
-#if !SAMPLED && NX
+#if (!SAMPLED && NX) || defined normalise_SZ_ARG
 static void warn(const Instance *it, const char *format, ...)
 {
     va_list arguments;
@@ -429,10 +429,32 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, f
     return fmi2OK;
 }
 
+#ifdef normalise_SZ_ARG
+/* Divide unit vectors that were typed by their length, in flight only parameters, and say so. */
+static void normalise_typed(Instance *it)
+{
+    State *s = &it->s;
+    double length[N_UNIT_VECTORS], x[NX + 1], p[NP + 1];
+    int i = s->mode == STEPPING ? N_UNIT_STATES : 0;
+    CALL(normalise, IN(X(s->v), P(s->v)), OUT(length, x, p));
+    if (s->mode != STEPPING) memcpy(X(s->v), x, NX * sizeof x[0]);
+    memcpy(P(s->v), p, NP * sizeof p[0]);
+    for (; i < N_UNIT_VECTORS; i++) {
+        const double off = fabs(length[i] - 1);
+        if (!(off > UNIT_ROUNDING && off <= UNIT_TYPED)) continue;
+        s->start_old = s->y_old = s->d_old = s->dy_old = 1;
+        warn(it, "%s: %s %.12g. It was divided by that.", MODEL_NAME, unit_vectors[i], length[i]);
+    }
+}
+#endif
+
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
     ENTER("fmi2EnterInitializationMode", INSTANTIATED);
     s->mode = INITIALIZATION;
+#ifdef normalise_SZ_ARG
+    normalise_typed(it);
+#endif
     return fmi2OK;
 }
 
@@ -547,6 +569,9 @@ static void warn_of_internal_step(Instance *it, double h)
 fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
     ENTER("fmi2ExitInitializationMode", INITIALIZATION);
+#ifdef normalise_SZ_ARG
+    normalise_typed(it);
+#endif
     show(s);
     s->mode = FAILED;
 #if SAMPLED
@@ -649,6 +674,9 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
         s->start_old |= when == SET_BEFORE || within(vr[i], P0, NP);
         s->y_old = s->d_old = s->dy_old = 1;
     }
+#ifdef normalise_SZ_ARG
+    if (s->mode == STEPPING && tunes(vr, n)) normalise_typed(it);
+#endif
     return fmi2OK;
 }
 

@@ -30,6 +30,8 @@ def native_functions(part: Component) -> list[ca.Function]:
         chosen.append(f.initial)
     if calculated or means:
         chosen.append(f.initial_forward)
+    if f.normalise:
+        chosen.append(f.normalise)
     if f.conditions:
         chosen.append(f.check)
     if outputs or _moving(part):

@@ -15,6 +15,7 @@ import casadi as ca
 import fmpy
 
 from components.framework import Component
+from components.framework.unit_vectors import ROUNDING, TYPED, lengths_said
 from fmus import places
 from fmus.description.annotations import COMMIT_SHOWN, SAMPLE_TIME, SOLVER_STEP
 from fmus.description.description import DefaultExperiment, ModelDescription, ScalarVariable
@@ -161,6 +162,11 @@ def _model_header(part: Component, description: ModelDescription, functions: Seq
         lines.append(f"#define {macro} {variables[name].value_reference if name in variables else 0}")
     rows = [f"    {{{_quoted(v.name)}, {(v.start or 0.0)!r}, {_flags(v)}}}," for v in variables.values()]
     lines += ["static const Variable variables[] = {", *rows, '    {"", 0.0, 0}};']
+    if said := lengths_said((*part.states, *part.parameters)):
+        texts = ", ".join(_quoted(what) for what in said)
+        lines.append(f"enum {{ N_UNIT_VECTORS = {len(said)}, N_UNIT_STATES = {len(lengths_said(part.states))} }};")
+        lines += [f"#define UNIT_ROUNDING {ROUNDING!r}", f"#define UNIT_TYPED {TYPED!r}"]
+        lines.append(f"static const char *const unit_vectors[] = {{{texts}}};")
     if conditions:
         texts = [f"    {_quoted(_pattern(part, c.text, len(c.shown)))}," for c in conditions]
         lines += ["static const char *const conditions[] = {", *texts, "};"]

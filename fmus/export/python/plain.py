@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from components.framework.unit_vectors import unit_conditions
 from fmus.export.python.failure import RuntimeFailure
 from fmus.export.python.vector import Vector
 
@@ -22,7 +23,8 @@ def advance(part: Any, t: float, step: float, vector: Vector) -> None:
 
 def broken_conditions(part: Any, t: float, vector: Vector) -> list[str]:
     """Return the texts of the component's conditions that do not hold."""
-    conditions = part.check(t, *_namespaces(part, vector))
+    x, u, p = _namespaces(part, vector)
+    conditions = [*unit_conditions(part, x, p), *part.check(t, x, u, p)]
     return [c.text.format(*(f"{float(n):g}" for n in c.shown)) for c in conditions if not c.margin > 0]
 
 

@@ -3,11 +3,12 @@
 Travels inside the python FMU beside the component's source. All numbers come from the component's CasADi functions,
 called through buffers without allocation.
 
-Initialization mode: calculated parameters, calculated states and step means follow every set; frozen at its exit,
-after the component's conditions have been checked. A step: n equal internal steps of at most solver.step. Sample n
-of a sampled component is due when |t - t0 - n T| <= 1 ns (and rounding) or it has passed; while due, the outputs
-show what it would give, and it is committed at the start of the next step; samples inside a step are taken with the
-inputs of that instant. Outputs are evaluated when they are read.
+Unit vectors that were typed are divided by their length when initialization mode is entered and left, and when a
+parameter is set in flight. Calculated parameters, calculated states and step means follow every set in initialization
+mode; frozen at its exit, after the component's conditions have been checked. A step: n equal internal steps of at most
+solver.step. Sample n of a sampled component is due when |t - t0 - n T| <= 1 ns (and rounding) or it has passed; while
+due, the outputs show what it would give, and it is committed at the start of the next step; samples inside a step are
+taken with the inputs of that instant. Outputs are evaluated when they are read.
 """
 
 import hashlib
@@ -23,6 +24,7 @@ from fmus.export.python.buffered import Buffered
 from fmus.export.python.failure import RuntimeFailure
 from fmus.export.python.internal_step import InternalStep, automatic, judged
 from fmus.export.python.modes import FAILED, INITIALIZATION, INSTANTIATED, STEPPING, TERMINATED, admit
+from fmus.export.python.normalising import normalise
 from fmus.export.python.vector import Vector
 
 TICK = 1e-9  # s, how near to a communication point a sample counts as due there
@@ -170,9 +172,21 @@ class Runtime(Vector):
         self.stop = stop_time
         self._stale = True
 
+    def enter_initialization(self) -> None:
+        """From now on what is calculated follows every set (fmi2EnterInitializationMode)."""
+        super().enter_initialization()
+        self._normalise()
+
+    def _normalise(self) -> None:
+        """Divide unit vectors that were typed by their length, and say so."""
+        for text in normalise(self.component, self, self.mode == STEPPING):
+            self._stale = self._parameters_stale = True
+            self.warn(text)
+
     def exit_initialization(self) -> None:
         """Check the conditions, then freeze what initialization has calculated (fmi2ExitInitializationMode)."""
         admit(self.mode, "fmi2ExitInitializationMode", INITIALIZATION)
+        self._normalise()
         self._evaluate()
         self.mode = FAILED
         self._check()
@@ -203,10 +217,14 @@ class Runtime(Vector):
         self.mode = TERMINATED
 
     def _check_tuned(self) -> None:
-        """Check the conditions that are of parameters alone; of a Python-only component no one knows which are."""
+        """Check the conditions that are of parameters alone, then take unit vectors as such.
+
+        Of a Python-only component no one knows which conditions are.
+        """
         if not self.component.python_only:
             self._calculate.run()
             self._check()
+        self._normalise()
 
     def _check(self) -> None:
         if self._period_index is not None and not self.v[self._period_index] > 0:

@@ -237,7 +237,7 @@ REFUSED = {  # what is wrong -> system, setting, the instance that says so, its 
         "xiao2011-l2gain",
         f"actuators.spin_axes_B={SKEWED}",
         "actuators",
-        ["ReactionWheels: axis 3 of spin_axes_B has length 1.08167, a unit vector (within 1e-6) is needed."],
+        ["ReactionWheels: axis 3 of spin_axes_B has length 1.08167, a unit vector (within 0.001) is needed."],
     ),
     "wheel axes": (
         "xiao2011-l2gain",
@@ -252,13 +252,13 @@ REFUSED = {  # what is wrong -> system, setting, the instance that says so, its 
         "ye2016-adaptive",
         "actuators.gimbal_axes_B[3,2]=1",
         "actuators",
-        ["CmgCluster: axis 2 of gimbal_axes_B has length 1.29099, a unit vector (within 1e-6) is needed."],
+        ["CmgCluster: axis 2 of gimbal_axes_B has length 1.29099, a unit vector (within 0.001) is needed."],
     ),
     "gimbal axis of a controller": (
         "ye2016-adaptive",
         "controller.gimbal_axes_B[3,2]=1",
         "controller",
-        ["HybridAdaptive: axis 2 of gimbal_axes_B has length 1.29099, a unit vector (within 1e-6) is needed."],
+        ["HybridAdaptive: axis 2 of gimbal_axes_B has length 1.29099, a unit vector (within 0.001) is needed."],
     ),
     "rotor axes": (
         "geng2012-linear",
@@ -351,7 +351,7 @@ class TestPhysics:
         text = refused("run", "wired.py", "--set", "plant.q_BN=[0, 0, 0, 0]")
         assert "InitializationFailed: plant cannot be initialized" in text
         assert (
-            "FlexibleSpacecraft_modes1: q_BN has norm 0 at the start, a unit quaternion (within 1e-6) is needed."
+            "FlexibleSpacecraft_modes1: q_BN has norm 0 at the start, a unit quaternion (within 0.001) is needed."
             in text
         )
 
