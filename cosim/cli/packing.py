@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from cosim.cli.instances import as_arrays, read_descriptions
 from cosim.cli.library import Library
-from cosim.errors import SimulationError
+from cosim.errors import NotSupported, SimulationError
 from cosim.flights import simulate
 from cosim.masters.explicit import Explicit
 from cosim.results.result import figures
@@ -47,8 +47,13 @@ def export(
     Its FMUs have the system's values as start values, besides the parameter sets: some tools read none, some set
     parameters and inputs only. FMUs of files are taken as they are. `platforms`: of the others. `note` is told what is
     built. `traced`: fly the experiment and write what it shows too; the name of the paper's experiment that it is, ""
-    for none. Raises `SspError`, `WiringErrors`, `BuildError`, and what ends such a flight early.
+    for none. Raises `SspError`, `WiringErrors`, `BuildError`, `NotSupported` for
+    signals, and what ends such a flight early.
     """
+    if system.inputs:
+        fed = ", ".join(sorted(system.inputs))
+        what = f"{system.name}: signals feed {fed}, and this package has no place for time series"
+        raise NotSupported(what, "Hold these inputs: System(held=...), or export the system without its signals.")
     tool = f"adcs-cosim {version_of('adcs-cosim')}"
     wiring = wire(system, read_descriptions(system, library))
     notes: list[str] = []
@@ -151,6 +156,9 @@ def _remarks(system: System, experiment: Experiment, wiring: Wiring) -> Sequence
         f"other tools must be told the communication step, {step}; some ask for the parameter set {PARAMETER_SET}",
         "they pass outputs on at communication points, as adcs run --master jacobi does: their errors are larger",
     ]
+    lost = ["events"] * bool(experiment.events) + ["processes of their own"] * bool(system.isolated)
+    if lost:
+        lines.append(f"not in it: {' and '.join(lost)}, which are those of this master")
     files = [name for name, reference in system.components.items() if is_fmu(reference)]
     if files:
         lines.append(f"FMUs of files are in it as they are, values only in their parameter sets: {', '.join(files)}")

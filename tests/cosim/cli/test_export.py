@@ -145,3 +145,29 @@ def test_one_fmu_of_a_package_in_a_system_of_ones_own(adcs, folder, unbuilt):
         "run", "zhang2018-ppatc", "--stop", "0.1", "--use", "controller=own/z.ssp#resources/AdaptiveTracking.fmu"
     )
     assert done.status == 0 and "controller = own/z.ssp#resources/AdaptiveTracking.fmu" in done.out
+
+
+FED = """
+from dataclasses import replace
+from cosim import At, Signal
+from follow import follow
+
+def fed():
+    system, experiment = follow()
+    return replace(system, inputs={"sum.tau_2": Signal(([0.0, 2.0], [[0.0] * 3, [1.0] * 3]))}), experiment
+
+def eventful():
+    system, experiment = follow()
+    return replace(system, isolated=["sum"]), replace(experiment, events=[At(1.0, {"torque.bias": [0, 0, 0]})])
+"""
+
+
+def test_signals_are_refused_and_what_is_of_this_master_alone_is_told(adcs, folder, unbuilt):
+    (folder / "follow.py").write_text(SYSTEM)
+    (folder / "fed.py").write_text(FED)
+    done = adcs("export", "fed.py:fed", "-o", "f.ssp")
+    assert done.status == 2 and not (folder / "f.ssp").exists()
+    assert "follow: signals feed sum.tau_2, and this package has no place for time series. Hold these" in done.err
+    done = adcs("export", "fed.py:eventful", "-o", "g.ssp")
+    assert done.status == 0, done.err
+    assert "not in it: events and processes of their own, which are those of this master" in done.err
