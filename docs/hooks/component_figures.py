@@ -7,11 +7,12 @@ import casadi as ca
 import matplotlib.pyplot as plt
 import numpy as np
 from scipy.signal import freqs_zpk, ss2zpk
+from scipy.spatial.transform import Rotation
 
 from components.catalog import CATALOG
 from components.framework.component import start_vector
 from components.mathematics import bearing
-from cosim import Experiment, Result, Signal, System, Value, simulate
+from cosim import Connection, Experiment, Result, Signal, System, Value, simulate
 
 DEGREE = np.pi / 180
 INCH = (6.4, 2.9)  # a figure with one row of axes
@@ -140,10 +141,63 @@ def star_tracker() -> Drawn:
     return figure, "A turn at 0.01 rad/s seen twice a second, 0.25 s late, with 30 arcsec of noise."
 
 
+def mekf() -> Drawn:
+    walks = {"angle_random_walk": Value(0.02, "deg/h(1/2)"), "rate_random_walk": Value(0.5, "deg/h(3/2)")}
+    noise = {"cross_noise": Value(5, "arcsec"), "roll_noise": Value(30, "arcsec")}
+    measured = {
+        "gyro.omega_BN_B": "filter.omega_BN_B_measured",
+        "tracker.q_BN": "filter.q_BN_measured",
+        "tracker.exposure_time": "filter.exposure_time",
+        "tracker.valid": "filter.valid_measured",
+    }
+    true = [("q_BN", "gyro"), ("omega_BN_B", "gyro"), ("q_BN", "tracker")]
+    system = System(
+        name="estimating",
+        components={"plant": "FlexibleSpacecraft:modes=0", "gyro": "Gyro", "tracker": "StarTracker", "filter": "MEKF"},
+        connections=[
+            *(Connection(f"plant.{name}", f"{sensor}.{name}_true", "after_step") for name, sensor in true),
+            *(Connection(source, target, "after_step") for source, target in measured.items()),
+        ],
+        parameters={
+            "plant.omega_BN_B": Value([0.1, 0, 0], "deg/s"),
+            "gyro.integrating": 1,
+            "gyro.bias": Value([3, -2, 4], "deg/h"),
+            "tracker.samples_per_measurement": 5,
+            "tracker.sample_time": 0.1,
+            **{f"{unit}.sample_time": 0.1 for unit in ("gyro", "filter")},
+            **{f"gyro.{name}": value for name, value in walks.items()},
+            **{f"tracker.{name}": value for name, value in noise.items()},
+            **{f"filter.{name}": value for name, value in (walks | noise).items()},
+        },
+        hold_unconnected=True,
+    )
+    run = simulate(system, Experiment(stop_time=300.0, communication_step_size=0.1))
+    figure, axes = row(2)
+    turned = (Rotation.from_quat(run[f"{unit}.q_BN"], scalar_first=True) for unit in ("plant", "filter"))
+    off = next(turned).inv() * next(turned)
+    bias = run["filter.bias"] - run["gyro.bias"]
+    hour = 3600 / DEGREE
+    for ax, error, sigma in (
+        (axes[0], off.as_rotvec() * hour, run["filter.sigma_q_BN"] * hour),
+        (axes[1], bias * hour, run["filter.sigma_bias"] * hour),
+    ):
+        for i, name in enumerate("xyz"):
+            ax.plot(run.time, error[:, i], lw=0.9, color=f"C{i}", label=name)
+            ax.plot(run.time, 3 * sigma[:, i], ":", lw=0.9, color=f"C{i}")
+            ax.plot(run.time, -3 * sigma[:, i], ":", lw=0.9, color=f"C{i}")
+    named(axes[0], "time (s)", "attitude (arcsec)")
+    named(axes[1], "time (s)", "bias (deg/h)")
+    axes[0].set_ylim(-40, 40)
+    axes[1].set_ylim(-6, 6)
+    axes[0].legend(loc="upper right", ncols=3)
+    return figure, "Estimate less truth, with three deviations to either side (dotted); tracker at 2 Hz, gyro at 10 Hz."
+
+
 FIGURES: dict[str, Callable[[], Drawn]] = {
     "Delay": lambda: passes("Delay", "A sine of 1 Hz, one sample of 0.1 s late.", sample_time=0.1),
     "Gyro": gyro,
     "LowPass": lambda: passes("LowPass", "A sine of 1 Hz through a low-pass of 1 Hz.", bandwidth=Value(1, "Hz")),
+    "MEKF": mekf,
     "Notch": notch,
     "Quantiser": lambda: passes("Quantiser", "A sine in steps of 0.25 N m.", quantum=0.25),
     "RateLimiter": lambda: passes("RateLimiter", "A sine of 1 Hz that may change by 3 N m/s.", rate=3.0),
