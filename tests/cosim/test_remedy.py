@@ -116,7 +116,7 @@ class TestARelay:
 @LOOP
 def test_the_exchange_is_not_the_reason(tmp_path, loop):
     path = build(Runaway(), tmp_path / "runaway.fmu", "native")
-    with prepare(System(name="r", components={"a": str(path)})) as prepared:
+    with prepare(System(name="r", components={"a": str(path)}, parameters={"a.solver.step": 1e-3})) as prepared:
         assert failure(prepared, 0.1, 2.0, loop).remedy == (
             "at steps of 50 ms, 25 ms, 12.5 ms and 6.25 ms the same flight fails too, at 1, 1, 1 and 1 s: "
             "the exchange is not the reason."

@@ -173,7 +173,7 @@ class Steps:
         algorithm, control = self.algorithm(crew), self.course.control()
         ends = []
         while point.index < until:
-            outcome = algorithm.advance(point, control.until(point, far=False))
+            outcome = algorithm.advance(point, control.until(point, self.course.schedule.steps, far=False))
             counts = control.accepts(outcome)
             outcome.settle(counts)
             if counts:

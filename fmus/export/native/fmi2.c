@@ -218,7 +218,7 @@ static void forget_input_derivatives(State *s)
     memset(s->u3, 0, sizeof s->u3);
 }
 
-#if !SAMPLED
+#if !SAMPLED && (defined outputs_SZ_ARG || defined rates_SZ_ARG)
 /* Keep inputs u with g of them, OF_RATES or ALL. */
 static void hold(const State *s, Held *own, const double *u, int what)
 {

@@ -143,7 +143,7 @@ class TestSystem:
                 "bad.py:system fails: ZeroDivisionError: division by zero (bad.py, line 2)",
             ),
             ("def system():\n    return 1\n", "bad.py:system returns int, needed is (System, Experiment)."),
-            ("x = 1\n", "bad.py has no function without arguments that returns (System, Experiment)."),
+            ("x = 1\n", "bad.py has no function that needs no argument and returns (System, Experiment)."),
         ],
     )  # fmt: skip
     def test_a_mistake_in_the_file_is_told_with_its_line(self, adcs, folder, text, words):

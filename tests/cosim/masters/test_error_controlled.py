@@ -120,7 +120,10 @@ class TestRefused:
             fly(pair, least_step=1e-9, stop=1e8, step=1e-6)
 
 
-def controls(least=1, largest=10**6, first=100, landings=(1000,), stop=5000):
+END = 5000
+
+
+def controls(least=1, largest=10**6, first=100, landings=(1000,), stop=END):
     return Control(Schedule(0, stop, 1, 1000, 1000), least, largest, first, landings)
 
 
@@ -134,47 +137,47 @@ def judged(point, error):
 
 class TestControl:
     def test_the_first_step_is_the_experiment_s(self):
-        assert controls().until(at(0), far=False) == 100
+        assert controls().until(at(0), END, far=False) == 100
 
     def test_pi_control(self):
         """Gustafsson's law, written out: .7 is aimed at, .3 / 3 and .4 / 3 are its powers."""
-        until = controls(landings=(10**6,), stop=10**6).until(at(1000, 100, 0.5, 0.2), far=False)
+        until = controls(landings=(10**6,), stop=10**6).until(at(1000, 100, 0.5, 0.2), 10**6, far=False)
         assert until - 1000 == int(100 * (0.7 / 0.5) ** 0.1 * (0.2 / 0.5) ** (0.4 / 3))
 
     @pytest.mark.parametrize(("error", "factor"), [(1e-4, 5.0), (0.9, (0.7 / 0.9) ** (1 / 3)), (1e9, 0.2)])
     def test_growth_is_limited(self, error, factor):
-        until = controls(landings=(10**6,), stop=10**6).until(at(1000, 100, error, 0.0), far=False)
+        until = controls(landings=(10**6,), stop=10**6).until(at(1000, 100, error, 0.0), 10**6, far=False)
         assert until - 1000 == int(100 * factor)
 
     @pytest.mark.parametrize(("index", "expected"), [(0, 300), (300, 600), (600, 800), (800, 1000), (950, 1000)])
     def test_a_landing_is_met_by_two_steps_of_one_size(self, index, expected):
         control = controls(least=10, largest=300)
-        assert control.until(at(index, 100, 1e-4, 0.0), far=False) == expected
+        assert control.until(at(index, 100, 1e-4, 0.0), END, far=False) == expected
 
     def test_no_landing_is_passed(self):
         control = controls(landings=(1000, 300))
         for index, expected in ((250, 300), (299, 300), (900, 1000), (4990, 5000)):
-            assert control.until(at(index, 900, 1e-4, 0.0), far=False) == expected
+            assert control.until(at(index, 900, 1e-4, 0.0), END, far=False) == expected
 
     def test_a_step_that_errs_too_much_is_shortened(self):
         control, point = controls(), at(0)
-        control.until(point, far=False)
+        control.until(point, END, far=False)
         assert not control.accepts(judged(point, 2.0))
-        assert control.until(point, far=False) == int(100 * (0.7 / 2) ** (1 / 3))
+        assert control.until(point, END, far=False) == int(100 * (0.7 / 2) ** (1 / 3))
         assert control.accepts(judged(at(70), 1.0))
         assert control.told() == {"steps": {"accepted": 1, "rejected": 1, "smallest": 0.07, "largest": 0.07}}
 
     def test_a_step_that_fails_is_shortened_most(self):
         control, point = controls(), at(0)
-        control.until(point, far=False)
+        control.until(point, END, far=False)
         assert not control.accepts(Outcome(point, None, 1, StepFailed("b", "fmi2Discard", 0.0, 0.1)))
-        assert control.until(point, far=False) == 20
+        assert control.until(point, END, far=False) == 20
 
     def test_the_least_step_is_the_last_word(self):
         control, point = controls(least=90), at(0)
-        control.until(point, far=False)
+        control.until(point, END, far=False)
         assert not control.accepts(judged(point, 50.0))
-        assert control.until(point, far=False) == 90
+        assert control.until(point, END, far=False) == 90
         with pytest.raises(ToleranceMissed) as caught:
             control.accepts(judged(point, 50.0))
         assert str(caught.value) == (

@@ -137,7 +137,8 @@ def test_units_and_run_json():
 
 def test_samples_come_as_without_the_event():
     """A sampled component between whose samples a step is divided: no sample more, none less."""
-    system = replace(SYSTEM, components={"mass": Mass, "damper": SampledDamper})
+    parts = {"mass": Mass, "damper": SampledDamper}
+    system = replace(SYSTEM, components=parts, parameters={**SYSTEM.parameters, "mass.solver.step": 1e-3})
     plain = flown(Explicit(), [], system=system)
     changed = flown(Explicit(), [At(0.345, {"mass.k": 4.0})], system=system)
     grid = changed.time != 0.345

@@ -177,7 +177,7 @@ class TestRunJson:
         assert (info["status"], info["error"], info["reached_time"]) == ("failed", "StepFailed", 0.3)
         assert info["failure"] == {
             "component": "w", "status": "fmi2Error", "time": 0.3, "step": 0.4 - 0.3, "messages": ["the wheel came off"],
-            "culprits": [], "remedy": "",
+            "culprits": [], "remedy": "", "lost": "",
         }  # fmt: skip
         assert "wheel came off" in info["why"]
         assert len(Result.read(tmp_path)) == len(caught.value.result) == 4
