@@ -7,7 +7,7 @@ Source: scipy's Rotation does the mathematics, of intrinsic (capital) sequences.
 """
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -43,7 +43,7 @@ def axis_angle(axis: Sequence[float], angle: float, unit: Angle = "deg") -> list
     return _scalar_first(Rotation.from_rotvec(np.asarray(axis, dtype=np.float64) / length * size))
 
 
-def _scalar_first(rotation: "object") -> list[float]:
+def _scalar_first(rotation: Any) -> list[float]:
     """Return a rotation's quaternion, its scalar not negative, where that is not 0."""
-    quaternion: np.ndarray = rotation.as_quat(scalar_first=True)  # type: ignore[attr-defined]
+    quaternion: np.ndarray = rotation.as_quat(scalar_first=True)
     return (quaternion if quaternion[0] >= 0 else -quaternion).tolist()

@@ -30,32 +30,39 @@ from cosim.slaves.slave import CInterface, References
 Update = tuple[bool, bool, float | None]
 
 
-class FMU2UnmovedModel(Unmoved2, fmi2.FMU2Model):
+class _Calls:
+    """What fmpy calls alike in FMI 2.0 and 3.0."""
+
+    completing = ""
+    """Name of the function that ends an integrator's step, which an FMU may lack."""
+
+    def nominals(self: Any, values: Any, count: int) -> None:
+        """FmiXGetNominalsOfContinuousStates."""
+        self.getNominalsOfContinuousStates(values, count)
+
+    def completed(self: Any) -> tuple[bool, bool]:
+        """fmiXCompletedIntegratorStep, where there is one."""
+        return (False, False) if self.completing in self.lacking else self.completedIntegratorStep()
+
+    def enter_events(self: Any) -> None:
+        """FmiXEnterEventMode."""
+        self.enterEventMode()
+
+    def leave_events(self: Any) -> None:
+        """FmiXEnterContinuousTimeMode."""
+        self.enterContinuousTimeMode()
+
+
+class FMU2UnmovedModel(_Calls, Unmoved2, fmi2.FMU2Model):
     """fmpy's model of FMI 2.0, as `Integration` wants one."""
 
     kind = fmi2.fmi2ModelExchange
+    completing = "fmi2CompletedIntegratorStep"
     needed = (*COMMON, "fmi2SetTime", "fmi2NewDiscreteStates", "fmi2EnterContinuousTimeMode", "fmi2EnterEventMode")
 
     def derivatives(self, values: Any, count: int) -> None:
         """fmi2GetDerivatives."""
         self.getDerivatives(values, count)
-
-    def nominals(self, values: Any, count: int) -> None:
-        """fmi2GetNominalsOfContinuousStates."""
-        self.getNominalsOfContinuousStates(values, count)
-
-    def completed(self) -> tuple[bool, bool]:
-        """fmi2CompletedIntegratorStep, where there is one."""
-        absent = "fmi2CompletedIntegratorStep" in self.lacking
-        return (False, False) if absent else self.completedIntegratorStep()
-
-    def enter_events(self) -> None:
-        """fmi2EnterEventMode."""
-        self.enterEventMode()
-
-    def leave_events(self) -> None:
-        """fmi2EnterContinuousTimeMode."""
-        self.enterContinuousTimeMode()
 
     def update(self) -> Update:
         """fmi2NewDiscreteStates."""
@@ -63,9 +70,10 @@ class FMU2UnmovedModel(Unmoved2, fmi2.FMU2Model):
         return again, ends, time if named else None
 
 
-class FMU3UnmovedModel(Unmoved, fmi3.FMU3Model):
+class FMU3UnmovedModel(_Calls, Unmoved, fmi3.FMU3Model):
     """fmpy's model of FMI 3.0, likewise."""
 
+    completing = "fmi3CompletedIntegratorStep"
     needed = ("fmi3InstantiateModelExchange", *COMMON3, "fmi3SetTime", "fmi3UpdateDiscreteStates")
 
     def make(self, environment: int) -> None:
@@ -81,23 +89,6 @@ class FMU3UnmovedModel(Unmoved, fmi3.FMU3Model):
     def derivatives(self, values: Any, count: int) -> None:
         """fmi3GetContinuousStateDerivatives."""
         self.getContinuousStateDerivatives(values, count)
-
-    def nominals(self, values: Any, count: int) -> None:
-        """fmi3GetNominalsOfContinuousStates."""
-        self.getNominalsOfContinuousStates(values, count)
-
-    def completed(self) -> tuple[bool, bool]:
-        """fmi3CompletedIntegratorStep, where there is one."""
-        absent = "fmi3CompletedIntegratorStep" in self.lacking
-        return (False, False) if absent else self.completedIntegratorStep()
-
-    def enter_events(self) -> None:
-        """fmi3EnterEventMode."""
-        self.enterEventMode()
-
-    def leave_events(self) -> None:
-        """fmi3EnterContinuousTimeMode."""
-        self.enterContinuousTimeMode()
 
     def update(self) -> Update:
         """fmi3UpdateDiscreteStates."""
