@@ -37,7 +37,7 @@ class _Calls:
     """Name of the function that ends an integrator's step, which an FMU may lack."""
 
     def nominals(self: Any, values: Any, count: int) -> None:
-        """FmiXGetNominalsOfContinuousStates."""
+        """Get the nominal values of the continuous states."""
         self.getNominalsOfContinuousStates(values, count)
 
     def completed(self: Any) -> tuple[bool, bool]:
@@ -45,11 +45,11 @@ class _Calls:
         return (False, False) if self.completing in self.lacking else self.completedIntegratorStep()
 
     def enter_events(self: Any) -> None:
-        """FmiXEnterEventMode."""
+        """Enter event mode."""
         self.enterEventMode()
 
     def leave_events(self: Any) -> None:
-        """FmiXEnterContinuousTimeMode."""
+        """Enter continuous-time mode."""
         self.enterContinuousTimeMode()
 
 
