@@ -4,6 +4,7 @@
 
 `ticks` counts multiples of 0.35 s (events in time), `seen` is the discrete input `shown` as event mode has seen it, `pushed`
 the continuous input. `end`: the time at which it asks for the end. `refuses`: derivatives fail from this time on.
+`halts`: the time from which it asks for the end after a step of the integrator.
 """
 # ruff: noqa: E501 (XML and C)
 
@@ -26,13 +27,14 @@ XML = """<?xml version="1.0" encoding="UTF-8"?>
 <ScalarVariable name="push" valueReference="4" causality="input"><Real start="0"/></ScalarVariable>
 <ScalarVariable name="end" valueReference="5" causality="parameter" variability="fixed"><Real start="1e9"/></ScalarVariable>
 <ScalarVariable name="refuses" valueReference="6" causality="parameter" variability="fixed"><Real start="1e9"/></ScalarVariable>
+<ScalarVariable name="halts" valueReference="7" causality="parameter" variability="fixed"><Real start="1e9"/></ScalarVariable>
 <ScalarVariable name="ticks" valueReference="0" causality="output" variability="discrete"><Integer/></ScalarVariable>
 <ScalarVariable name="shown" valueReference="1" causality="input" variability="discrete"><Integer start="0"/></ScalarVariable>
 <ScalarVariable name="seen" valueReference="2" causality="output" variability="discrete"><Integer/></ScalarVariable>
 <ScalarVariable name="bounces" valueReference="3" causality="output" variability="discrete"><Integer/></ScalarVariable>
 </ModelVariables>
-<ModelStructure><Outputs><Unknown index="1" dependencies=""/><Unknown index="2" dependencies=""/><Unknown index="8" dependencies=""/>
-<Unknown index="10" dependencies=""/><Unknown index="11" dependencies=""/></Outputs>
+<ModelStructure><Outputs><Unknown index="1" dependencies=""/><Unknown index="2" dependencies=""/><Unknown index="9" dependencies=""/>
+<Unknown index="11" dependencies=""/><Unknown index="12" dependencies=""/></Outputs>
 <Derivatives><Unknown index="3"/><Unknown index="4"/></Derivatives></ModelStructure>
 </fmiModelDescription>
 """
@@ -41,8 +43,8 @@ C = r"""
 #include <stdlib.h>
 #include <string.h>
 #include "fmi2Functions.h"
-typedef struct { double r[7], time; int n[4], running, events; const fmi2CallbackFunctions *f; } M;
-static void start(M *m) { const fmi2CallbackFunctions *f = m->f; memset(m, 0, sizeof *m); m->f = f; m->r[0] = 1; m->r[5] = m->r[6] = 1e9; }
+typedef struct { double r[8], time; int n[4], running, events; const fmi2CallbackFunctions *f; } M;
+static void start(M *m) { const fmi2CallbackFunctions *f = m->f; memset(m, 0, sizeof *m); m->f = f; m->r[0] = 1; m->r[5] = m->r[6] = m->r[7] = 1e9; }
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 const char *fmi2GetVersion(void) { return fmi2Version; }
 fmi2Component fmi2Instantiate(fmi2String a, fmi2Type t, fmi2String g, fmi2String r, const fmi2CallbackFunctions *f,
@@ -63,7 +65,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) { M *m = 
   m->n[2] = m->n[1];
   info->nextEventTimeDefined = 1; info->nextEventTime = 0.35 * (m->n[0] + 1);
   info->terminateSimulation = m->time >= m->r[5]; return fmi2OK; }
-fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean b, fmi2Boolean *e, fmi2Boolean *t) { *e = *t = 0; return ((M *)c)->events ? fmi2Error : fmi2OK; }
+fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean b, fmi2Boolean *e, fmi2Boolean *t) { *e = 0; *t = ((M *)c)->time >= ((M *)c)->r[7]; return ((M *)c)->events ? fmi2Error : fmi2OK; }
 fmi2Status fmi2SetTime(fmi2Component c, double t) { ((M *)c)->time = t; return fmi2OK; }
 fmi2Status fmi2SetContinuousStates(fmi2Component c, const double x[], size_t n) { M *m = c; if (m->events) return fmi2Error; memcpy(m->r, x, 2 * sizeof *x); return fmi2OK; }
 fmi2Status fmi2GetContinuousStates(fmi2Component c, double x[], size_t n) { memcpy(x, ((M *)c)->r, 2 * sizeof *x); return fmi2OK; }

@@ -97,6 +97,13 @@ def test_it_may_ask_for_the_end(ball):
     assert result.time[-1] == pytest.approx(math.floor(10 * min(1.05, next_bounce(0.9))) / 10)
 
 
+def test_it_may_ask_for_the_end_after_a_step_of_the_integrator(ball):
+    """The ball falls until 0.45 s: nothing but fmi2CompletedIntegratorStep stops it between 0.42 s and 0.5 s."""
+    result = simulate(alone(ball, parameters={"a.halts": 0.42}), STEPS)
+    assert (result.info["status"], result.info["event"]["variable"]) == ("finished", "a")
+    assert 0.3 < result.time[-1] < 0.55
+
+
 def next_bounce(t):
     n = bounced(t)[1]
     return next(x for x in np.arange(t, 3, 1e-4) if bounced(x)[1] > n)
