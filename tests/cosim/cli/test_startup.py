@@ -18,6 +18,12 @@ def imported(code: str) -> set[str]:
     return set(done.stderr.split())
 
 
+@pytest.fixture
+def alone(tmp_path, monkeypatch):
+    """A cache of FMUs in which no other test builds meanwhile: one name is one file there, whatever its key."""
+    monkeypatch.setenv("ADCS_BUILD", str(tmp_path / "cache"))
+
+
 def command(*arguments: str) -> str:
     """Code that runs `adcs` to its end."""
     return f"""
@@ -47,13 +53,13 @@ def test_names_and_help_wait_for_nothing(arguments):
     assert not loaded & {"casadi", "components.framework", *FLY, *DRAW}
 
 
-def test_an_fmu_that_is_up_to_date_is_found_without_building():
+def test_an_fmu_that_is_up_to_date_is_found_without_building(alone):
     code = "from fmus.export.build import build_reference; build_reference('Sum')"
     imported(code)
     assert not imported(code) & {"casadi", "components.framework", "pythonfmu", *FLY, *DRAW}
 
 
-def test_a_flight_draws_nothing_and_needs_no_pandas(tmp_path):
+def test_a_flight_draws_nothing_and_needs_no_pandas(alone, tmp_path):
     run = command("run", "zhang2018-ppatc", "--stop", "0.01", "--force", "--out", str(tmp_path / "out"))
     imported(run)
     assert not imported(run) & {

@@ -39,6 +39,7 @@ def gain():
 """
 BASE = """
 class Decay(Component):
+    solver_step = 1e-3
     x = State(unit="1", start=1.0, output=True, doc="decays")
 """
 UNIT = """

@@ -6,7 +6,8 @@ import pytest
 from components.catalog import CATALOG
 from fmus import toolchain
 from fmus.export import build as building
-from fmus.export.native import large, native_fmu
+from fmus.export.native import large
+from fmus.export.native.functions import native_functions
 from fmus.export.native.native_fmu import build_native, describe_native, native_sources
 
 from .compiling import complaints
@@ -73,12 +74,12 @@ def test_a_small_one_is_as_it_was(tmp_path, commands):
 def test_none_of_the_catalog_is_large():
     for make in CATALOG.values():
         component = make()
-        assert not large.is_large(component.size(component.states), native_fmu._functions(component)), component.name
+        assert not large.is_large(component.size(component.states), native_functions(component)), component.name
 
 
 def test_many_states_with_long_equations_are_large():
     component = CATALOG["FlexibleSpacecraft"](modes=140)
-    assert large.is_large(component.size(component.states), native_fmu._functions(component))
+    assert large.is_large(component.size(component.states), native_functions(component))
 
 
 def test_the_time_so_far_is_told(tmp_path, monkeypatch):

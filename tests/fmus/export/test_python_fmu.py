@@ -24,6 +24,7 @@ import helper
 from components.framework import Component, State
 
 class Spring(Component):
+    solver_step = 1e-3
     position = State(unit="m", start=1.0, output=True, doc="position")
     speed = State(unit="m/s", output=True, doc="speed")
 
