@@ -1,7 +1,7 @@
 """Co-simulation of attitude-control systems: FMI 2.0 FMUs wired by a master, recorded, judged.
 
-What a script needs is here by its name, and loaded when it is first used: System, Connection, Experiment, Signal,
-Value, load, Library, prepare, simulate, Result; the masters Explicit, Iterated, ErrorControlled.
+What a script needs is here by its name, and loaded when it is first used: System, Component, Connection, Experiment,
+Signal, Value, load, Library, prepare, simulate, Result; the masters Explicit, Iterated, ErrorControlled.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -20,11 +20,12 @@ if TYPE_CHECKING:
     from cosim.masters.iterated import Iterated
     from cosim.results.result import Result
     from cosim.slaves.slave import Slave
-    from cosim.system import At, Connection, Experiment, Signal, System, Value
+    from cosim.system import At, Component, Connection, Experiment, Signal, System, Value
     from cosim.system.swap import SwapReport
 
 __all__ = [
     "At",
+    "Component",
     "Connection",
     "ErrorControlled",
     "Experiment",
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "At": "cosim.system",
+    "Component": "cosim.system",
     "Connection": "cosim.system",
     "ErrorControlled": "cosim.masters.error_controlled",
     "Experiment": "cosim.system",

@@ -14,7 +14,7 @@ from cosim.results.runinfo import warnings
 from cosim.system import Connection, Experiment, System, graph
 from cosim.system.expand import wire
 from cosim.system.reference import name_of
-from cosim.system.system import MasterSettings
+from cosim.system.system import MasterSettings, isolated
 from cosim.system.wiring import Port, Wiring
 from cosim.time import exact_seconds, written
 from fmus.description.description import ModelDescription, ScalarVariable
@@ -154,9 +154,11 @@ def _master(master: MasterSettings) -> str:
 def _instances(order: Sequence[str], system: System, wiring: Wiring) -> list[tuple[str, str, str, str]]:
     """Return a row an instance, in stepping order."""
     rows: list[tuple[str, str, str, str]] = []
+    apart = isolated(system)
     for place, name in enumerate(order):
         n = wiring.period(name)
         reference = name_of(system.components[name]) + (f", every {n} steps" if n > 1 else "")
+        reference += ", in a process of its own" if name in apart else ""
         bases = dict.fromkeys(split_element(p.variable)[0] for p in wiring.settings if p.component == name)
         rows.append((str(place + 1), name, reference, ", ".join(bases)))
     return rows

@@ -7,6 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from cosim.errors import UnknownName
+from cosim.system.component import Component
 from cosim.system.reference import name_of, reference_of
 from cosim.system.timing import Timing
 from cosim.system.value import Value, plain
@@ -56,6 +57,7 @@ class System:
     """Components (instance name -> FMU reference) and everything between and in them.
 
     A reference is FILE.fmu, NAME or FILE.py:Class, a path, or a component's class; `cosim.Library` builds what it must.
+    A `Component` is a reference with how it flies: its flag goes into `isolated`, its reference stays.
     `parameters`: "plant.J" or "*.J" -> number, nested list or `Value`. `vehicle`: name -> value, set in every component
     that has a parameter of that name; entries of `parameters` win. `held`: input -> value for inputs without a
     connection; with `hold_unconnected` every other one is held at its FMU's start value. `inputs`: input -> `Signal`
@@ -78,14 +80,17 @@ class System:
 
     def __post_init__(self) -> None:
         """Copy what the caller could change later, make arrays plain, so that equal systems compare equal."""
-        components = {name: reference_of(given, name) for name, given in self.components.items()}
+        parts = {name: given for name, given in self.components.items() if isinstance(given, Component)}
+        components = self.components | {name: part.fmu for name, part in parts.items()}
+        components = {name: reference_of(given, name) for name, given in components.items()}
         object.__setattr__(self, "components", components)
         object.__setattr__(self, "connections", tuple(self.connections))
         for name in ("parameters", "vehicle", "held"):
             object.__setattr__(self, name, {k: plain(v) for k, v in getattr(self, name).items()})
         for name in ("inputs", "steps"):
             object.__setattr__(self, name, dict(getattr(self, name)))
-        object.__setattr__(self, "isolated", tuple(self.isolated))
+        apart = [name for name, part in parts.items() if part.isolated]
+        object.__setattr__(self, "isolated", tuple(dict.fromkeys((*_names(self.isolated), *apart))))
 
     def __repr__(self) -> str:
         """Name, instances with their FMUs, how much is between and in them."""
@@ -126,6 +131,11 @@ def isolated(system: System) -> frozenset[str]:
     for name in sorted(names - system.components.keys() - {"*"}):
         raise UnknownName("component", name, "isolated", list(system.components))
     return frozenset(system.components if "*" in names else names)
+
+
+def _names(given: str | Sequence[str]) -> tuple[str, ...]:
+    """Return names; a text is one."""
+    return (given,) if isinstance(given, str) else tuple(given)
 
 
 def _told(value: Any) -> str:
@@ -188,5 +198,4 @@ class Experiment:
     def __post_init__(self) -> None:
         """Make the patterns a tuple; a text is one pattern. Make the events one too."""
         object.__setattr__(self, "events", tuple(self.events))
-        record = (self.record,) if isinstance(self.record, str) else tuple(self.record)
-        object.__setattr__(self, "record", record)
+        object.__setattr__(self, "record", _names(self.record))

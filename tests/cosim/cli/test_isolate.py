@@ -30,3 +30,25 @@ def test_an_instance_that_there_is_not(adcs, folder):
     done = adcs("run", "zhang2018-ppatc", "--isolate", "plan")
     assert done.status == 2
     assert 'unknown component "plan" in isolated. Did you mean "plant"?' in done.err
+
+
+FLIGHT = """
+from cosim import Component, Experiment, System
+
+def flight():
+    parts = {"free": "small.fmu", "apart": Component("small.fmu", isolated=True)}
+    system = System(name="apart", components=parts, hold_unconnected=True)
+    return system, Experiment(stop_time=1.0, communication_step_size=0.25)
+"""
+
+
+def test_a_component_of_a_file_that_is_isolated_is_shown_flown_and_swapped(adcs, folder):
+    c_fmu.build(folder, "Small", [real("y")], outputs="y = m->now;").rename(folder / "small.fmu")
+    (folder / "flight.py").write_text(FLIGHT)
+    shown = adcs("show", "flight.py")
+    lines = [line for line in shown.out.splitlines() if "in a process of its own" in line]
+    assert shown.status == 0 and len(lines) == 1 and "apart" in lines[0]
+    for use in ([], ["--use", "apart=small.fmu", "--force"]):
+        assert adcs("run", "flight.py", *use).status == 0
+        told = json.loads(Path("results/apart/run.json").read_text())["components"]
+        assert {name: told[name]["isolated"] for name in told} == {"free": False, "apart": True}
