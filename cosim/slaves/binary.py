@@ -9,7 +9,7 @@ import ctypes
 import os
 import re
 from collections.abc import Callable, Sequence
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +45,9 @@ class Unmoved:
         self._name = name.encode()
         self._heard, self._stubs = heard, list[Any]()
         self.lacking: set[str] = set()
-        self.dll: Any = _Lenient(_load(_library(description, folder), self._name), self._stand_in)
+        self.dll: Any = _Lenient(
+            _load(_library(description, folder), self._name), f"{self.modelIdentifier}_", self._stand_in
+        )
         self._loadFunctions()  # pyright: ignore[reportAttributeAccessIssue]
         missing = [function for function in map(self.in_library, self.needed) if function in self.lacking]
         if missing:
@@ -82,16 +84,16 @@ class Unmoved:
 
 
 class _Lenient:
-    """A library in which every function can be found."""
+    """A library in which every function can be found; `prefix`: what FMI puts before its names in sources."""
 
-    def __init__(self, library: ctypes.CDLL, stand_in: Callable[[str], Any]) -> None:
-        self._library, self._stand_in = library, stand_in
+    def __init__(self, library: ctypes.CDLL, prefix: str, stand_in: Callable[[str], Any]) -> None:
+        self._library, self._prefix, self._stand_in = library, prefix, stand_in
 
     def __getattr__(self, name: str) -> Any:
-        try:
-            return getattr(self._library, name)
-        except AttributeError:
-            return self._stand_in(name)
+        for spelt in (name, self._prefix + name):
+            with suppress(AttributeError):
+                return getattr(self._library, spelt)
+        return self._stand_in(name)
 
 
 def _library(description: ModelDescription, folder: Path) -> Path:

@@ -21,7 +21,8 @@ from fmus.description.errors import FmuError
 from fmus.description.names import canonical
 from fmus.description.units import EXPONENTS, BaseUnit, Conversion, Unit
 
-_IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_FILE_NAME = re.compile(r"[^/\\:\x00-\x1f]+")
+"""A modelIdentifier, which names a file: no folder, no drive. FMI wants an identifier of C, some tools write others."""
 
 
 def read_description(path: Path) -> ModelDescription:
@@ -76,8 +77,8 @@ def _first_line(error: Exception) -> str:
 def _from_fmpy(description: Any, annotations: Annotations, root: Any) -> ModelDescription:
     """Return what fmpy's `ModelDescription` and our annotations say; `root`: the element, for what fmpy leaves out."""
     own = description.coSimulation or description.modelExchange
-    if not _IDENTIFIER.fullmatch(own.modelIdentifier):
-        raise ValueError(f"the modelIdentifier {own.modelIdentifier!r} is no identifier of C")
+    if not _FILE_NAME.fullmatch(own.modelIdentifier) or own.modelIdentifier in (".", ".."):
+        raise ValueError(f"the modelIdentifier {own.modelIdentifier!r} cannot be the name of a library")
     return ModelDescription(
         model_name=description.modelName,
         guid=description.guid,

@@ -71,6 +71,24 @@ def test_a_binary_of_another_name(tmp_path):
     assert fly(other)["a.y"][-1] == 2.0
 
 
+def test_a_model_identifier_that_is_no_identifier_of_c(tmp_path):
+    path = integrator(tmp_path)
+    other = tiny_fmu.changed(
+        path,
+        tmp_path / "o.fmu",
+        xml=lambda text: text.replace('modelIdentifier="I"', 'modelIdentifier="wave-2 (old)"'),
+        rename=lambda n: n.replace("/I.so", "/wave-2 (old).so"),
+    )
+    assert fly(other)["a.y"][-1] == 2.0
+
+
+@pytest.mark.parametrize("kernel", ["never", "always"])
+def test_functions_with_the_prefix_of_sources(tmp_path, kernel):
+    """FMI: in sources each name follows the model identifier; some are compiled so."""
+    template = "#define FMI2_FUNCTION_PREFIX I_\n" + c_fmu.C
+    assert fly(integrator(tmp_path, template), Explicit(kernel=kernel))["a.y"][-1] == 2.0
+
+
 def test_start_values_that_are_missing(tmp_path):
     path = integrator(tmp_path)
     bare = tiny_fmu.changed(path, tmp_path / "b.fmu", xml=lambda text: text.replace(' start="2.0"', ""))
