@@ -10,6 +10,7 @@ from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
 
 from cosim.arrays import FloatArray
+from cosim.errors import CallFailed
 from cosim.slaves import breadcrumb
 from cosim.slaves.binary import Unmoved
 from cosim.slaves.instance import Instance
@@ -68,6 +69,7 @@ class FmuSlave(Instance):
         super().__init__(name, path, made)
         self._buffers: dict[References, tuple[Any, FloatArray, Any]] = {}
         self._vectors: dict[References, Any] = {}
+        self._ended: float | None = None
 
     def instantiate(self) -> None:
         """fmi2Instantiate; nothing where there is an instance that was reset."""
@@ -132,13 +134,25 @@ class FmuSlave(Instance):
         return np.array(self._call(self._fmu.getRealOutputDerivatives, references, orders))
 
     def do_step(self, t: float, h: float) -> None:
-        """fmi2DoStep."""
+        """fmi2DoStep; one that is discarded at its very end, because the FMU wants no other, counts."""
+        if self._ended is not None:
+            raise self._stopped(self._ended)
         try:
             self._fmu.fmi2DoStep(self._fmu.component, t, h, fmi2.fmi2True)
         except FMICallException as error:
-            if error.status != fmi2.fmi2Pending:
-                raise self._failure(error) from None
-            self._wait()
+            if error.status == fmi2.fmi2Pending:
+                self._wait()
+                return
+            failure, end = self._failure(error), t + h
+            last = failure.last_successful_time
+            if not failure.terminated or last is None or last < end - 1e-12 * max(abs(t), h):
+                raise failure from None
+            self._ended = last
+
+    def _stopped(self, last: float) -> CallFailed:
+        failure = self._refused("fmi2DoStep", "fmi2Discard")
+        failure.last_successful_time, failure.terminated = last, True
+        return failure
 
     def _wait(self) -> None:
         """Wait until a step that is pending is done."""
@@ -165,6 +179,7 @@ class FmuSlave(Instance):
     def set_state(self, state: Any) -> None:
         """fmi2SetFMUstate."""
         self._call(self._fmu.setFMUstate, state)
+        self._ended = None
 
     def free_state(self, state: Any) -> None:
         """fmi2FreeFMUstate."""
@@ -189,10 +204,12 @@ class FmuSlave(Instance):
 
     def reset(self) -> bool:
         """fmi2Reset; False where there is no instance, or it cannot be reset: `free` it, and make a new one."""
+        self._ended = None
         return self._reset(self._fmu.reset)
 
     def free(self) -> None:
         """fmi2FreeInstance, once."""
+        self._ended = None
         self._freed(self._fmu.fmi2FreeInstance)
 
     def c_interface(self) -> CInterface | None:

@@ -192,7 +192,7 @@ static int iterated_step(Run *r, integer k, double t, double h)
 /* Take one step of length h from t, of which the points know nothing; 1 where a call has failed for good, or r->stuck. */
 EXPORT int kernel_attempt(Run *r, double t, double h)
 {
-    const int failed = iterated_step(r, r->done, t, h);
+    const int failed = has_ended(r) || iterated_step(r, r->done, t, h);
     free_states(r);
     r->calling = 0;
     return failed;

@@ -242,7 +242,7 @@ static int take_turn(Run *r, integer place, integer k, double t, double h)
     if (set_inputs(r, place, k, h)) return 1;
     calling(r, place, CALL_STEP, REAL);
     status = c->do_step(c->instance, t, h, !r->stages);
-    if (status == PENDING ? wait_for_step(r, place) : returned(r, status)) return 1;
+    if (status && not_ok(r, place, status, t, h)) return 1;
     if (r->stages && c->halfway && set_ends(r, place, k, h)) return 1;
     for (g = 0; g < c->output_groups; g++)
         if (get_values(r, place, &c->output_group[g])) return 1;
@@ -344,6 +344,7 @@ EXPORT int kernel_run(Run *r, integer until, double seconds, double *rows, integ
     next_row = next_recorded(r, r->done);
     while (r->done < until && *count < capacity && !*r->stop_asked) {
         if (r->stop_slot >= 0 && r->point[r->stop_slot] > FLAG) break;
+        if (has_ended(r)) break;
         next = point_time(r, r->done + 1);
         if (r->stages ? iterated_step(r, r->done, t, next - t) : step(r, r->done, t, next - t)) break;
         r->done++;

@@ -32,7 +32,7 @@ def _pack(turns: Turns, slaves: Sequence[Slave], instances: Sequence[CInterface]
     addresses = [instance.component for instance in instances]
     kept = _kept.get(slaves[0]) if slaves else None
     if kept is not None and kept[0] is turns and kept[1] == addresses:
-        kept[2].run.failed_call = 0
+        kept[2].run.failed_call = kept[2].run.ended = 0
         return kept[2]
     packed = Packed(turns, instances, plan)
     if slaves:

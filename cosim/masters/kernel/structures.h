@@ -13,6 +13,7 @@ typedef int (*SetDerivatives)(void *, const unsigned *, size_t, const int *, con
 typedef int (*GetDerivatives)(void *, const unsigned *, size_t, const int *, double *);
 typedef int (*DoStep)(void *, double, double, int);
 typedef int (*GetStatus)(void *, int, int *);
+typedef int (*GetRealStatus)(void *, int, double *);
 typedef int (*GetState)(void *, void **);
 typedef int (*SetState)(void *, void *);
 
@@ -81,7 +82,8 @@ typedef struct {
     SetDerivatives set_derivatives;
     GetDerivatives get_derivatives;
     DoStep do_step;
-    GetStatus get_status;
+    GetStatus get_status, get_boolean_status;
+    GetRealStatus get_real_status;
     GetState get_state;
     SetState set_state;
     GetState free_state;
@@ -169,6 +171,7 @@ typedef struct {
     integer evaluations, stuck; /* how often loops have stepped; whether the step is left to Python */
     /* where the run stands */
     integer done, last_row, calling; /* calling: which function of an FMU it is in */
+    integer ended; /* 1 + the component that asked for the end with the step that is done, 0: none */
     /* what ended it, if anything did */
     integer failed_call, failed_component, failed_status, failed_slot, failed_kind; /* of a refused input: is it the end? */
 } Run;
@@ -205,7 +208,8 @@ static const integer layout[] = {
     (integer)sizeof(Component), F(Component, name), F(Component, warned), F(Component, instance), F(Component, set_real), F(Component, get_real),
     F(Component, set_integer), F(Component, get_integer), F(Component, set_boolean), F(Component, get_boolean),
     F(Component, set_string), F(Component, get_string), F(Component, set_derivatives),
-    F(Component, get_derivatives), F(Component, do_step), F(Component, get_status), F(Component, get_state), F(Component, set_state),
+    F(Component, get_derivatives), F(Component, do_step), F(Component, get_status), F(Component, get_boolean_status),
+    F(Component, get_real_status), F(Component, get_state), F(Component, set_state),
     F(Component, free_state), F(Component, state), F(Component, period), F(Component, at_end), F(Component, in_step),
     F(Component, plain),
     F(Component, inputs), F(Component, input_groups), F(Component, only_real), F(Component, input_group), F(Component, source),
@@ -229,7 +233,7 @@ static const integer layout[] = {
     F(Run, point), F(Run, newest), F(Run, next), F(Run, all_step), F(Run, inputs), F(Run, input_slot),
     F(Run, input_source), F(Run, input_factor), F(Run, input_addend), F(Run, columns), F(Run, column_slot),
     F(Run, stop_slot), F(Run, stop_asked), F(Run, texts), F(Run, pending_timeout), F(Run, stages), F(Run, stage), F(Run, loop), F(Run, tolerance),
-    F(Run, memory_size), F(Run, memory), F(Run, memory_next), F(Run, evaluations), F(Run, stuck), F(Run, done), F(Run, last_row), F(Run, calling), F(Run, failed_call),
+    F(Run, memory_size), F(Run, memory), F(Run, memory_next), F(Run, evaluations), F(Run, stuck), F(Run, done), F(Run, last_row), F(Run, calling), F(Run, ended), F(Run, failed_call),
     F(Run, failed_component), F(Run, failed_status), F(Run, failed_slot), F(Run, failed_kind),
     (integer)sizeof(Breadcrumb), F(Breadcrumb, thread), F(Breadcrumb, process), F(Breadcrumb, instance),
     F(Breadcrumb, function), F(Breadcrumb, run), F(Breadcrumb, time), F(Breadcrumb, file), F(Breadcrumb, at),

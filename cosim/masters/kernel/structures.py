@@ -44,6 +44,8 @@ FUNCTIONS = {
     "get_derivatives": "fmi2GetRealOutputDerivatives",
     "do_step": "fmi2DoStep",
     "get_status": "fmi2GetStatus",
+    "get_boolean_status": "fmi2GetBooleanStatus",
+    "get_real_status": "fmi2GetRealStatus",
     "get_state": "fmi2GetFMUstate",
     "set_state": "fmi2SetFMUstate",
     "free_state": "fmi2FreeFMUstate",
@@ -139,8 +141,8 @@ class RunStructure(ctypes.Structure):
         *_integers("memory_size"),
         *_pointers("memory", "memory_next"),
         *_integers("evaluations", "stuck"),
-        *_integers("done", "last_row", "calling", "failed_call", "failed_component", "failed_status", "failed_slot"),
-        *_integers("failed_kind"),
+        *_integers("done", "last_row", "calling", "ended", "failed_call", "failed_component", "failed_status"),
+        *_integers("failed_slot", "failed_kind"),
     ]
 
 
