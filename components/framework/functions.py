@@ -189,6 +189,13 @@ class Functions:
         return [not ca.depends_on(ca.SX(c.margin), start) for c in self.conditions]
 
     @cached_property
+    def conditions_of_inputs(self) -> list[bool]:
+        """Which conditions an input can break, also through the states that are calculated from it."""
+        calculated, _ = self.initial.jac_sparsity(0, 2).get_triplet()
+        follow = ca.vertcat(self._u, *(self._x[i] for i in sorted(set(calculated))))
+        return [ca.depends_on(ca.SX(c.margin), follow) for c in self.conditions]
+
+    @cached_property
     def check(self) -> ca.Function:
         """(t, x, u, p, c) -> margins, one a condition, and the numbers that their texts show."""
         margins = [ca.SX(c.margin) for c in self.conditions]

@@ -32,6 +32,9 @@ COMMIT_SHOWN = "solver.commit_shown"
 FILTER = "filter"
 """Role of FMUs that are made for the width and the unit of what goes through them."""
 
+INPUTS_REFUSED = "its inputs are refused: fmi2DoStep needs others, till then their start values stand for them"
+"""What an FMU says in initialization mode at last, after a word on each input that a condition refuses."""
+
 GROWS = "which RK4 lets grow"
 """In the warning of an FMU whose internal step is so long that RK4 makes grow what decays (as in fmi2.c)."""
 

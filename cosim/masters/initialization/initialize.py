@@ -22,7 +22,7 @@ from cosim.slaves import breadcrumb
 from cosim.slaves.slave import Slave
 from cosim.system import graph
 from cosim.system.wiring import Port, Wiring
-from fmus.description.annotations import COMMIT_SHOWN
+from fmus.description.annotations import COMMIT_SHOWN, INPUTS_REFUSED
 from fmus.description.description import Scalar, ScalarVariable
 
 Settings = Mapping[str, Sequence[Assignment]]
@@ -72,7 +72,7 @@ class Initialization:
             for place in range(len(self.layout.components)):
                 values.set_inputs(place)
             for slave in slaves.values():
-                slave.exit_initialization_mode()
+                _leave(slave)
             self._read(slaves, point)
         except CallFailed as error:
             raise self._refusal(values, slaves, error) from error
@@ -126,12 +126,20 @@ class Initialization:
         for c in self.layout.components if error.function == "fmi2SetReal" else ():
             if not np.isfinite(values.values[c.outputs.finite]).all():
                 try:
-                    slaves[c.name].exit_initialization_mode()
+                    _leave(slaves[c.name])
                 except CallFailed as reason:
                     error = reason
                     break
                 return _not_finite(c, values.values, slaves[c.name])
         return InitializationFailed(error.component, error.what, error.messages)
+
+
+def _leave(slave: Slave) -> None:
+    """End initialization mode; raises `CallFailed` where an FMU waits for other inputs, too: there are no others."""
+    slave.exit_initialization_mode()
+    said = [message for message in slave.messages if INPUTS_REFUSED not in message]
+    if len(said) < len(slave.messages):
+        raise CallFailed(slave.name, "fmi2ExitInitializationMode", "fmi2Warning", tuple(said))
 
 
 def _settings(wiring: Wiring) -> Settings:

@@ -49,6 +49,7 @@ typedef struct {
 enum { SET_BEFORE = 1, SET_BETWEEN = 2, OUTPUT = 4 }; /* settable before the end of initialization, between steps */
 
 enum { FIELD = 1 }; /* in the text of a condition: the place of a number */
+enum { OF_PARAMETERS = 1, OF_STATES = 2, OF_INPUTS = 4, OF_ANYTHING = 7 }; /* what a condition depends on at most */
 
 #include "model.h"
 
@@ -84,6 +85,8 @@ typedef struct { /* everything that an FMU state holds: plain data, no pointers 
     int32_t mode, stop_defined;
     int32_t inputs_move;                 /* input derivatives were given since the last step */
     int32_t due;                         /* sampled: the next sample is due at t */
+    int32_t waiting;                     /* for inputs that are not refused: those that were set are in `given` */
+    double given[NU + 1];
     int32_t start_old, y_old, d_old;     /* to be evaluated: c (and, in initialization, x and m); y; d */
     double dy[NY + 1];                   /* rates of y */
     int32_t dy_asked, dy_old;            /* whether somebody asks for them; to be evaluated */
@@ -107,11 +110,11 @@ typedef struct { /* an FMU state as a host keeps it, in memory or as bytes; its 
 } Saved;
 
 static const char MAGIC[8] = {'a', 'd', 'c', 's', 'f', 'm', 'u', '2'};
-enum { SAVED_VERSION = 5 };
+enum { SAVED_VERSION = 6 };
 
 /* ---- messages --------------------------------------------------------------------------------------------------- */
 
-/* All that this FMU ever logs are errors and two kinds of warnings, which a host wants to see whatever it has switched on. */
+/* All that this FMU ever logs are errors and three kinds of warnings, which a host wants to see whatever it has switched on. */
 static void tell(const Instance *it, fmi2Status status, const char *category, const char *format, va_list arguments)
 {
     char text[1024];
@@ -129,13 +132,14 @@ static fmi2Status fail(const Instance *it, const char *format, ...)
     return fmi2Error;
 }
 
-#if (!SAMPLED && NX) || defined normalise_SZ_ARG
-static void warn(const Instance *it, const char *format, ...)
+#if (!SAMPLED && NX) || defined normalise_SZ_ARG || CHECKS_INPUTS
+static fmi2Status warn(const Instance *it, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
     tell(it, fmi2Warning, "logStatusWarning", format, arguments);
     va_end(arguments);
+    return fmi2Warning;
 }
 #endif
 
@@ -239,7 +243,52 @@ static void hold(const State *s, Held *own, const double *u, int what)
 }
 #endif
 
-/* Bring up to date what follows from parameters and, in initialization mode, from initial values. */
+/* Whether initial values follow what is set: in initialization mode, and after it while inputs are waited for. */
+static int starting(const State *s) { return s->mode == INITIALIZATION || s->waiting; }
+
+/* Calculate states and step means from the values set. */
+static void begin(State *s)
+{
+#ifdef initial_SZ_ARG
+    {
+        double x[NX + 1];
+        CALL(initial, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), Y(s->v)), OUT(x));
+        memcpy(X(s->v), x, NX * sizeof x[0]);
+    }
+#endif
+#ifdef mean_rates_SZ_ARG
+    CALL(mean_rates, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v)), OUT(s->m));
+#endif
+    (void)s;
+}
+
+#ifdef check_SZ_ARG
+/* Return of which kinds conditions do not hold. */
+static int broken(const State *s)
+{
+    double margin[N_CONDITIONS], shown[N_SHOWN + 1];
+    int i, found = 0;
+    CALL(check, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v)), OUT(margin, shown));
+    for (i = 0; i < N_CONDITIONS; i++)
+        if (!(margin[i] > 0)) found |= condition_of[i]; /* a NaN violates */
+    return found;
+}
+#endif
+
+#if CHECKS_INPUTS
+/* Begin with the inputs that were given, where they are refused with their start values. */
+static void begin_waiting(State *s)
+{
+    int i;
+    memcpy(U(s->v), s->given, NU * sizeof s->given[0]);
+    begin(s);
+    if (!(broken(s) & OF_INPUTS)) return;
+    for (i = 0; i < NU; i++) U(s->v)[i] = variables[U0 + i].start;
+    begin(s);
+}
+#endif
+
+/* Bring up to date what follows from parameters and, while it starts, from initial values. */
 static void settle(State *s)
 {
     if (!s->start_old) return;
@@ -252,17 +301,13 @@ static void settle(State *s)
 #endif
     s->held.known = NOTHING;
     s->automatic = 0;
-    if (s->mode != INITIALIZATION) return;
-#ifdef initial_SZ_ARG
-    {
-        double x[NX + 1];
-        CALL(initial, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), Y(s->v)), OUT(x));
-        memcpy(X(s->v), x, NX * sizeof x[0]);
+#if CHECKS_INPUTS
+    if (s->waiting) {
+        begin_waiting(s);
+        return;
     }
 #endif
-#ifdef mean_rates_SZ_ARG
-    CALL(mean_rates, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v)), OUT(s->m));
-#endif
+    if (s->mode == INITIALIZATION) begin(s);
 }
 
 #if SAMPLED
@@ -283,8 +328,11 @@ static void sample_at(State *s, double t, const double *u)
 /* Bring outputs, state derivatives and rates of outputs up to date at once: they have much in common. */
 static void observe(State *s)
 {
+    double set[NE + 1];
+    memcpy(set, Y(s->v), NE * sizeof set[0]);
     CALL(slopes, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), s->m, s->u1, s->k, NULL),
          OUT(Y(s->v), D(s->v), s->dy));
+    if (starting(s)) memcpy(Y(s->v), set, NE * sizeof set[0]);
     s->y_old = s->d_old = s->dy_old = 0;
 }
 #endif
@@ -295,7 +343,7 @@ static void show(State *s)
     settle(s);
     if (!s->y_old) return;
 #if !SAMPLED && defined slopes_SZ_ARG
-    if (s->dy_asked && s->mode != INITIALIZATION) {
+    if (s->dy_asked && !starting(s)) {
         observe(s);
         return;
     }
@@ -309,7 +357,7 @@ static void show(State *s)
         memcpy(set, Y(s->v), NE * sizeof set[0]);
         if (OUTPUTS_HELD) hold(s, &s->held, U(s->v), ALL);
         CALL(outputs, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), s->m, s->k, s->held.g), OUT(Y(s->v)));
-        if (s->mode == INITIALIZATION) memcpy(Y(s->v), set, NE * sizeof set[0]);
+        if (starting(s)) memcpy(Y(s->v), set, NE * sizeof set[0]);
     }
 #endif
 }
@@ -459,12 +507,12 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 }
 
 #ifdef check_SZ_ARG
-/* Report every condition that does not hold, in flight only of those of parameters alone; return how many. */
-static int check_conditions(const Instance *it)
+/* Say of every condition of these kinds that does not hold. */
+static void report_conditions(const Instance *it, int kinds, fmi2Status (*say)(const Instance *, const char *, ...))
 {
     const State *s = &it->s;
     double margin[N_CONDITIONS], shown[N_SHOWN + 1], *number = shown;
-    int i, violated = 0;
+    int i;
     CALL(check, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v)), OUT(margin, shown));
     for (i = 0; i < N_CONDITIONS; i++) {
         char text[768], *to = text, *const end = text + sizeof text - 32;
@@ -474,11 +522,16 @@ static int check_conditions(const Instance *it)
             else if (to < end) *to++ = *from;
         }
         *to = 0;
-        if (margin[i] > 0 || (s->mode == STEPPING && !lasting[i])) continue; /* a NaN violates */
-        violated++;
-        fail(it, "%s: %s", MODEL_NAME, text);
+        if (!(margin[i] > 0) && (condition_of[i] & kinds)) say(it, "%s: %s", MODEL_NAME, text); /* a NaN violates */
     }
-    return violated;
+}
+
+/* Whether a condition of these kinds does not hold; it is said which. */
+static int refuses(const Instance *it, int kinds)
+{
+    if (!(broken(&it->s) & kinds)) return 0;
+    report_conditions(it, kinds, fail);
+    return 1;
 }
 #endif
 
@@ -566,8 +619,43 @@ static void warn_of_internal_step(Instance *it, double h)
 }
 #endif
 
+#if CHECKS_INPUTS
+/* Leave initialization although inputs are refused: a host may know better ones before it steps. */
+static fmi2Status wait_for_inputs(Instance *it)
+{
+    State *s = &it->s;
+    report_conditions(it, OF_INPUTS, warn);
+    memcpy(s->given, U(s->v), NU * sizeof s->given[0]);
+    s->waiting = s->start_old = s->y_old = s->d_old = s->dy_old = 1;
+    settle(s);
+    return warn(it, "%s: %s.", MODEL_NAME, INPUTS_REFUSED);
+}
+
+/* Begin with the inputs that were given, or refuse to step. */
+static fmi2Status take_inputs(Instance *it)
+{
+    State *s = &it->s;
+    memcpy(U(s->v), s->given, NU * sizeof s->given[0]);
+    begin(s);
+    s->start_old = s->y_old = s->d_old = s->dy_old = 1;
+    if (refuses(it, OF_INPUTS)) return fmi2Error;
+    s->waiting = 0;
+    s->start_old = 0; /* it has begun */
+    s->automatic = 0;
+#if !SAMPLED && NX
+    judge_internal_step(it);
+#endif
+    if (SAMPLED) show(s); /* what a sample that is due commits: solver.commit_shown */
+    return fmi2OK;
+}
+#endif
+
 fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
+    fmi2Status status = fmi2OK;
+#ifdef check_SZ_ARG
+    int found;
+#endif
     ENTER("fmi2ExitInitializationMode", INITIALIZATION);
 #ifdef normalise_SZ_ARG
     normalise_typed(it);
@@ -579,14 +667,21 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c)
         return fail(it, "%s: sample_time = %g s is not positive.", MODEL_NAME, P(s->v)[SAMPLE_TIME]);
 #endif
 #ifdef check_SZ_ARG
-    if (check_conditions(it)) return fmi2Error;
+    found = broken(s);
+    if (found & ~OF_INPUTS) {
+        report_conditions(it, OF_ANYTHING, fail);
+        return fmi2Error;
+    }
 #endif
     s->mode = STEPPING;
+#if CHECKS_INPUTS
+    if (found) status = wait_for_inputs(it);
+#endif
 #if !SAMPLED && NX
     judge_internal_step(it);
     (void)longest_internal_step(s);
 #endif
-    return fmi2OK;
+    return status;
 }
 
 fmi2Status fmi2Terminate(fmi2Component c)
@@ -616,7 +711,7 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
         if (SAMPLED || within(vr[i], Y0, NY)) show(s);
         else if (within(vr[i], D0, ND)) rate(s);
         else settle(s);
-        value[i] = s->v[vr[i]];
+        value[i] = s->waiting && within(vr[i], U0, NU) ? s->given[vr[i] - U0] : s->v[vr[i]];
     }
     return fmi2OK;
 }
@@ -644,7 +739,7 @@ static int may_tune(Instance *it, const fmi2ValueReference vr[], size_t n, const
 #ifdef calculate_SZ_ARG
     CALL(calculate, IN(P(s->v)), OUT(C(s->v)));
 #endif
-    violated = check_conditions(it);
+    violated = refuses(it, OF_PARAMETERS);
     memcpy(s->v, before, (NP + NC) * sizeof *before);
     return !violated;
 }
@@ -669,9 +764,10 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
     if (s->mode == STEPPING && tunes(vr, n) && !may_tune(it, vr, n, value)) return fmi2Error;
 #endif
     for (i = 0; i < n; i++) {
-        if (s->mode == STEPPING && same(&s->v[vr[i]], &value[i], 1)) continue; /* nothing grows old of it */
-        s->v[vr[i]] = value[i];
-        s->start_old |= when == SET_BEFORE || within(vr[i], P0, NP);
+        double *const place = s->waiting && within(vr[i], U0, NU) ? &s->given[vr[i] - U0] : &s->v[vr[i]];
+        if (s->mode == STEPPING && same(place, &value[i], 1)) continue; /* nothing grows old of it */
+        *place = value[i];
+        s->start_old |= when == SET_BEFORE || within(vr[i], P0, NP) || s->waiting;
         s->y_old = s->d_old = s->dy_old = 1;
     }
 #ifdef normalise_SZ_ARG
@@ -868,6 +964,9 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real step, fmi2Boolean no
         return fail(it, "fmi2DoStep: a step to %.17g s passes the stop time %.17g s.", t + step, s->stop);
     if (!s->inputs_move) forget_input_derivatives(s);
     settle(s);
+#if CHECKS_INPUTS
+    if (s->waiting && take_inputs(it) != fmi2OK) return fmi2Error;
+#endif
 #if SAMPLED || NX
 #if SAMPLED
     largest = P(s->v)[SAMPLE_TIME];

@@ -17,7 +17,7 @@ import fmpy
 from components.framework import Component
 from components.framework.unit_vectors import ROUNDING, TYPED, lengths_said
 from fmus import places
-from fmus.description.annotations import COMMIT_SHOWN, SAMPLE_TIME, SOLVER_STEP
+from fmus.description.annotations import COMMIT_SHOWN, INPUTS_REFUSED, SAMPLE_TIME, SOLVER_STEP
 from fmus.description.description import DefaultExperiment, ModelDescription, ScalarVariable
 from fmus.description.write import write
 from fmus.errors import BuildError
@@ -158,6 +158,8 @@ def _model_header(part: Component, description: ModelDescription, functions: Seq
     ]
     lines += [f"#define {name} {size}" for name, size in sizes.items()]
     lines += [f"#define SAMPLED {int(part.sampled)}", f"#define OUTPUTS_HELD {int(takes)}"]
+    lines.append(f"#define CHECKS_INPUTS {int(any(part.functions.conditions_of_inputs))}")
+    lines.append(f"#define INPUTS_REFUSED {_quoted(INPUTS_REFUSED)}")
     for macro, name in (("SOLVER_STEP", SOLVER_STEP), ("SAMPLE_TIME", SAMPLE_TIME), ("COMMIT_SHOWN", COMMIT_SHOWN)):
         lines.append(f"#define {macro} {variables[name].value_reference if name in variables else 0}")
     rows = [f"    {{{_quoted(v.name)}, {(v.start or 0.0)!r}, {_flags(v)}}}," for v in variables.values()]
@@ -170,8 +172,9 @@ def _model_header(part: Component, description: ModelDescription, functions: Seq
     if conditions:
         texts = [f"    {_quoted(_pattern(part, c.text, len(c.shown)))}," for c in conditions]
         lines += ["static const char *const conditions[] = {", *texts, "};"]
-        lasting = ", ".join(str(int(lasts)) for lasts in part.functions.lasting_conditions)
-        lines.append(f"static const unsigned char lasting[] = {{{lasting}}};")
+        kinds = zip(part.functions.lasting_conditions, part.functions.conditions_of_inputs, strict=True)
+        of = ", ".join("OF_PARAMETERS" if lasts else "OF_INPUTS" if moves else "OF_STATES" for lasts, moves in kinds)
+        lines.append(f"static const unsigned char condition_of[] = {{{of}}};")
     return ("\n".join(lines) + "\n").encode()
 
 

@@ -5,30 +5,37 @@ from typing import Any
 
 import numpy as np
 
-from components.framework.unit_vectors import unit_conditions
 from fmus.export.python.failure import RuntimeFailure
 from fmus.export.python.vector import Vector
 
 
 def evaluate_outputs(part: Any, t: float, vector: Vector) -> None:
     """Bring the outputs up to date."""
-    _store("outputs", part.outputs_declared, vector.y, part.outputs(t, *_namespaces(part, vector)))
+    _store("outputs", part.outputs_declared, vector.y, part.outputs(t, *namespaces(part, vector)))
 
 
 def advance(part: Any, t: float, step: float, vector: Vector) -> None:
     """Bring the states from t to t + step."""
     if part.states:
-        _store("step", part.states, vector.x, part.step(t, step, *_namespaces(part, vector)))
+        _store("step", part.states, vector.x, part.step(t, step, *namespaces(part, vector)))
 
 
-def broken_conditions(part: Any, t: float, vector: Vector) -> list[str]:
-    """Return the texts of the component's conditions that do not hold."""
-    x, u, p = _namespaces(part, vector)
-    conditions = [*unit_conditions(part, x, p), *part.check(t, x, u, p)]
-    return [c.text.format(*(f"{float(n):g}" for n in c.shown)) for c in conditions if not c.margin > 0]
+class Watched:
+    """A namespace of which it is noted whether anything was read."""
+
+    def __init__(self, space: SimpleNamespace):
+        self._space, self._read = space, False
+
+    def __getattr__(self, name: str) -> Any:
+        self._read = True
+        return getattr(self._space, name)
+
+    def is_read(self) -> bool:
+        """Whether anything was read."""
+        return self._read
 
 
-def _namespaces(part: Any, vector: Vector) -> list[SimpleNamespace]:
+def namespaces(part: Any, vector: Vector) -> list[SimpleNamespace]:
     """Return x, u, p under their names; arrays are copies."""
     spaces: list[SimpleNamespace] = []
     for group, flat in ((part.states, vector.x), (part.inputs, vector.u), (part.parameters, vector.p)):

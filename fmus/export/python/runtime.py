@@ -13,7 +13,7 @@ taken with the inputs of that instant. Outputs are evaluated when they are read.
 
 import hashlib
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -21,28 +21,28 @@ import numpy as np
 from fmus.description.annotations import COMMIT_SHOWN, SAMPLE_TIME, SOLVER_STEP
 from fmus.export.python import plain
 from fmus.export.python.buffered import Buffered
+from fmus.export.python.conditions import OF_ANYTHING, OF_INPUTS, OF_PARAMETERS
 from fmus.export.python.failure import RuntimeFailure
 from fmus.export.python.internal_step import InternalStep, automatic, judged
 from fmus.export.python.modes import FAILED, INITIALIZATION, INSTANTIATED, STEPPING, TERMINATED, admit
 from fmus.export.python.normalising import normalise
-from fmus.export.python.vector import Vector
+from fmus.export.python.starting import Starting
 
 TICK = 1e-9  # s, how near to a communication point a sample counts as due there
 MOST_STEPS = 1e9
 EPSILON = float(np.finfo(float).eps)
 
 
-class Runtime(Vector):
+class Runtime(Starting):
     """State and behaviour of one instance."""
 
     def __init__(self, component: Any, name: str = ""):
         super().__init__(component, name or component.name)
         part = component
-        self.component: Any = component
         self._identity = [self.name, hashlib.sha256("\0".join(self.names).encode()).hexdigest()]
         self.t0 = 0.0
         self.stop: float | None = None
-        self._t, self._s, self._h = np.zeros(1), np.zeros(1), np.zeros(1)
+        self._s, self._h = np.zeros(1), np.zeros(1)
         self._u1, self._u2, self._u3 = (np.zeros_like(self.u) for _ in range(3))  # input derivatives
         self._derivatives_new, self._derivatives_left = False, False  # given for the next step; any not zero
         self._u_now, self._x_next, self._no_x = np.zeros_like(self.u), np.zeros_like(self.x), np.zeros_like(self.x)
@@ -53,7 +53,6 @@ class Runtime(Vector):
         self._step_index = self._index(SOLVER_STEP)
         self._period_index = self._index(SAMPLE_TIME)
         self._shown_index = self._index(COMMIT_SHOWN)
-        self.warn: Callable[[str], None] = lambda _text: None
         self._internal: InternalStep | None = None  # what is to be told of it, once
         self._automatic = 0.0  # longest internal step where none is set, s; 0: to be found
         self._bind()
@@ -96,11 +95,6 @@ class Runtime(Vector):
 
     # ---- values --------------------------------------------------------------------------------------------
 
-    @property
-    def t(self) -> float:
-        """The time that the instance has reached, s."""
-        return float(self._t[0])
-
     def set_input_derivatives(self, references: Sequence[int], orders: Sequence[int], values: Sequence[float]) -> None:
         """Set time derivatives (order 1 to 3) of inputs, for the next step."""
         given = self._input_positions(references, orders, values)
@@ -136,20 +130,25 @@ class Runtime(Vector):
         self._calculate.run()
         self._parameters_stale, self._automatic = False, 0.0
 
-    def _evaluate(self) -> None:
-        self._stale = False
-        if self.component.python_only:
-            plain.evaluate_outputs(self.component, self.t, self)
-            return
-        if self._parameters_stale:
-            self._calculate_parameters()
-        if self.mode == INITIALIZATION:
+    def _begin(self) -> None:
+        if not self.component.python_only:
             self._initial.run()
             self.x[:] = self._x_next
             if self._means:
                 self._mean_rates.run()
-        if not self.component.sampled:
-            was_set = self.e.copy() if self.mode == INITIALIZATION else None
+
+    def _evaluate(self) -> None:
+        self._stale = False
+        if self._parameters_stale and not self.component.python_only:
+            self._calculate_parameters()
+        if self.given is not None:
+            self._begin_waiting()
+        elif self.mode == INITIALIZATION:
+            self._begin()
+        if self.component.python_only:
+            plain.evaluate_outputs(self.component, self.t, self)
+        elif not self.component.sampled:
+            was_set = self.e.copy() if self.starting else None
             self._outputs.run()
             if was_set is not None:
                 self.e[:] = was_set
@@ -187,11 +186,24 @@ class Runtime(Vector):
         """Check the conditions, then freeze what initialization has calculated (fmi2ExitInitializationMode)."""
         admit(self.mode, "fmi2ExitInitializationMode", INITIALIZATION)
         self._normalise()
-        self._evaluate()
+        if not self.component.python_only:  # outputs in plain Python may fail of what the conditions have words for
+            self._evaluate()
         self.mode = FAILED
-        self._check()
+        if self._period_index is not None and not self.v[self._period_index] > 0:
+            raise RuntimeFailure(f"{self.name}: sample_time = {self.v[self._period_index]:g} s is not positive.")
+        refused = self._broken()
+        if any(kind != OF_INPUTS for kind, _ in refused):
+            self._refuse(OF_ANYTHING)
         self.due = bool(self.component.sampled)
         self.mode = STEPPING
+        if refused:
+            self._wait_for_inputs(refused)
+        elif self._stale:
+            self._evaluate()
+        self._judge()
+
+    def _judge(self) -> None:
+        """See up to which internal step RK4 follows the dynamics as they are now."""
         if self._step_index is not None:
             self._internal = judged(self._jacobian_times, len(self.x), float(self.v[self._step_index]))
             self._longest_internal_step()
@@ -223,24 +235,8 @@ class Runtime(Vector):
         """
         if not self.component.python_only:
             self._calculate.run()
-            self._check()
+            self._refuse(OF_PARAMETERS)
         self._normalise()
-
-    def _check(self) -> None:
-        if self._period_index is not None and not self.v[self._period_index] > 0:
-            raise RuntimeFailure(f"{self.name}: sample_time = {self.v[self._period_index]:g} s is not positive.")
-        if self.component.python_only:
-            broken = plain.broken_conditions(self.component, self.t, self)
-        else:
-            f = self.component.functions
-            margins, shown = (r.full().ravel() for r in f.check(self._t, self.x, self.u, self.p, self.c))
-            numbers = iter(shown)
-            texts = [c.text.format(*(f"{next(numbers):g}" for _ in c.shown)) for c in f.conditions]
-            asked = f.lasting_conditions if self.mode == STEPPING else [True] * len(texts)
-            found = zip(texts, margins, asked, strict=True)
-            broken = [text for text, margin, is_asked in found if is_asked and not margin > 0]
-        if broken:
-            raise RuntimeFailure(f"{self.name}: " + " ".join(broken))
 
     def do_step(self, t: float, step: float) -> None:
         """Advance from t to t + step (fmi2DoStep)."""
@@ -255,6 +251,12 @@ class Runtime(Vector):
         self._forget_derivatives()
         if self._parameters_stale and not self.component.python_only:
             self._calculate_parameters()
+        if self.given is not None:
+            self._take_inputs()
+            self._automatic = 0.0
+            self._judge()
+            if self.component.sampled:
+                self._evaluate()  # what a sample that is due commits: solver.commit_shown
         part = self.component
         if part.python_only:
             plain.advance(part, t, step, self)
@@ -360,6 +362,7 @@ class Runtime(Vector):
             "derivatives": [self._u1.tolist(), self._u2.tolist(), self._u3.tolist(), self._derivatives_new],
             "internal_step": self._automatic,
             "samples": [self.sample, self.due, self._x_next.tolist()],
+            "given": None if self.given is None else self.given.tolist(),
             "flags": [self.mode, self._stale, self._parameters_stale],
             "of": self._identity,
         }
@@ -376,5 +379,6 @@ class Runtime(Vector):
         self._u1[:], self._u2[:], self._u3[:], self._derivatives_new = state["derivatives"]
         self._derivatives_left = True
         self._automatic = state["internal_step"]
+        self.given = None if state["given"] is None else np.array(state["given"])
         self.sample, self.due, self._x_next[:] = state["samples"]
         self.mode, self._stale, self._parameters_stale = state["flags"]

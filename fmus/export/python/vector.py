@@ -49,6 +49,7 @@ class Vector:
         between[p] = np.repeat([q.tunable for q in part.parameters], [q.size for q in part.parameters])
         self.mode = INSTANTIATED
         self._stale, self._parameters_stale = True, True
+        self.given: np.ndarray | None = None  # inputs that a host has set, while others stand for them in v
         self._settable = {INSTANTIATED: before, INITIALIZATION: before, STEPPING: between}
         self._places: dict[tuple[int, ...], np.ndarray] = {}  # hosts pass the same references step after step
         self._admitted: dict[int, dict[tuple[int, ...], tuple[np.ndarray, bool]]] = {m: {} for m in self._settable}
@@ -78,7 +79,7 @@ class Vector:
         if index is None:
             self._require_variables("fmi2GetReal", key)
             index = self._places[key] = np.array(key, dtype=np.intp)
-        return self.v[index].tolist()
+        return (self.v if self.given is None else self._as_given(self.given))[index].tolist()
 
     def set(self, references: Sequence[int], values: Sequence[float]) -> None:
         """Set variables by value reference, all or none."""
@@ -90,7 +91,10 @@ class Vector:
             if bad:
                 raise RuntimeFailure(f"fmi2SetReal: variable {self.names[bad[0][0]]} = {bad[0][1]} is not finite.")
         before = self.p.copy() if parameters else None
-        self.v[index] = values
+        if self.given is None:
+            self.v[index] = values
+        else:
+            self._give(self.given, index, values)
         self._stale = True
         if before is not None and self.p.tobytes() != before.tobytes():
             self._parameters_stale = True
@@ -100,6 +104,16 @@ class Vector:
                 except RuntimeFailure:
                     self.p[:] = before  # a refused call sets no parameter
                     raise
+
+    def _as_given(self, inputs: np.ndarray) -> np.ndarray:
+        """Return all variables, with the inputs that a host has set."""
+        return np.concatenate([self.v[: self._first_input], inputs, self.v[self._first_state :]])
+
+    def _give(self, inputs: np.ndarray, index: np.ndarray, values: Sequence[float]) -> None:
+        """Set variables while others stand for the inputs that a host has set."""
+        after = self._as_given(inputs)
+        after[index] = values
+        self.p[:], self.given = after[: len(self.p)], after[self._first_input : self._first_state]
 
     def require_real(self, function: str, references: Sequence[int]) -> None:
         """Refuse variables of another type: there are none."""

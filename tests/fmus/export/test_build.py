@@ -202,7 +202,10 @@ def test_what_only_a_type_checker_imports_does_not_travel():
         "fmus/export/python/__init__.py",
         *(
             f"fmus/export/python/{name}.py"
-            for name in ("buffered", "failure", "internal_step", "modes", "normalising", "plain", "runtime", "vector")
+            for name in (
+                *("buffered", "conditions", "failure", "internal_step", "modes", "normalising", "plain", "runtime"),
+                *("starting", "vector"),
+            )
         ),
     }
 
