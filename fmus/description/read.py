@@ -95,8 +95,9 @@ def _first_line(error: Exception) -> str:
 def _from_fmpy(description: Any, annotations: Annotations, root: Any) -> ModelDescription:
     """Return what fmpy's `ModelDescription` and our annotations say; `root`: the element, for what fmpy leaves out."""
     own = description.coSimulation or description.modelExchange
-    if not _FILE_NAME.fullmatch(own.modelIdentifier) or own.modelIdentifier in (".", ".."):
-        raise ValueError(f"the modelIdentifier {own.modelIdentifier!r} cannot be the name of a library")
+    identifier = own.modelIdentifier or ""
+    if not _FILE_NAME.fullmatch(identifier) or identifier in (".", ".."):
+        raise ValueError(f"the modelIdentifier {identifier!r} cannot be the name of a library")
     return ModelDescription(
         model_name=description.modelName,
         guid=description.guid,
