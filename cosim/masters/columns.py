@@ -16,6 +16,9 @@ from fmus.description.names import canonical, split_element
 ColumnType = Type | Literal["Long"]
 """How a column is recorded; Long: an integer of FMI 3.0 that may have more than 32 bits with a sign."""
 
+WILDCARDS = frozenset("*?")
+"""What in a pattern stands for other characters."""
+
 FLAG = 0.5
 """A flag is up where it is above this, half way between its values 0 and 1."""
 
@@ -59,14 +62,17 @@ def recorded(wiring: Wiring, patterns: Sequence[str]) -> list[Port]:
     full. Raises `UnknownName` for a pattern without match.
     """
     unmatched = {p for p in patterns if p != "*"}
+    named = {p: canonical(p) for p in patterns}
+    wild = [p for p in patterns if not WILDCARDS.isdisjoint(p)]
     ports: list[Port] = []
     known: list[str] = []
     for component, description in wiring.fmus.items():
         known += [f"{component}.{base}" for base in description.groups]
         for variable in description.variables.values():
             names = {f"{component}.{variable.name}", f"{component}.{split_element(variable.name)[0]}"}
-            exchanged = variable.causality in ("input", "output")
-            matching = {p for p in patterns if any(matches(p, name, exchanged) for name in names)}
+            matching = {p for p, name in named.items() if name in names}
+            if variable.causality in ("input", "output"):
+                matching |= {p for p in wild if any(matches(p, name) for name in names)}
             unmatched -= matching
             if matching:
                 ports.append(Port(component, variable.name))
@@ -75,11 +81,9 @@ def recorded(wiring: Wiring, patterns: Sequence[str]) -> list[Port]:
     return ports
 
 
-def matches(pattern: str, name: str, exchanged: bool) -> bool:
-    """Whether a pattern chooses a variable by a name of it; one that is not `exchanged` must be named in full."""
-    if canonical(pattern) == name:
-        return True
-    return exchanged and fnmatchcase(name, pattern.replace("[", "[[]"))
+def matches(pattern: str, name: str) -> bool:
+    """Whether a pattern chooses a variable by a name of it."""
+    return canonical(pattern) == name or fnmatchcase(name, pattern.replace("[", "[[]"))
 
 
 def flag(wiring: Wiring, name: str) -> Port:

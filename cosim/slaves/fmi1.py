@@ -3,7 +3,7 @@
 FMI 1.0 has no initialization mode: fmiInitializeSlave is called when the first output is asked for, with the inputs and
 parameters that were set before it; inputs that are set later act from then on.
 
-Limits: states are not saved, inputs are held. FMI 1.0 for model exchange is refused.
+Limits: states are not saved, inputs are held.
 """
 
 import ctypes
@@ -23,20 +23,28 @@ from cosim.slaves.slave import References
 _TEXTS = ("fmi1GetVersion", "fmi1GetTypesPlatform")
 
 
-class FMU1Unmoved(Unmoved, fmi1.FMU1Slave):
-    """fmpy's slave; fmpy tells the version of FMI by the class's name."""
+class Unmoved1(Unmoved):
+    """What FMI 1.0 FMUs for co-simulation and for model exchange have in common."""
 
-    needed = ("fmi1InstantiateSlave", "fmi1FreeSlaveInstance", "fmi1InitializeSlave", "fmi1DoStep")
+    instantiating = ""
+    """Name of the function that makes an instance."""
 
     def in_library(self, function: str) -> str:
         """Return the name that a function has in the library."""
         return f"{self.modelIdentifier}_{function.replace('fmi1', 'fmi')}"
 
     def _loadFunctions(self) -> None:
-        super()._loadFunctions()
+        super()._loadFunctions()  # pyright: ignore[reportAttributeAccessIssue]
         for name, function in self._functions.items():
             if function.restype is ctypes.c_char_p and name not in _TEXTS:
                 function.restype = ctypes.c_int  # fmpy takes the status of some for a text
+
+
+class FMU1Unmoved(Unmoved1, fmi1.FMU1Slave):
+    """fmpy's slave; fmpy tells the version of FMI by the class's name."""
+
+    needed = ("fmi1InstantiateSlave", "fmi1FreeSlaveInstance", "fmi1InitializeSlave", "fmi1DoStep")
+    instantiating = "fmiInstantiateSlave"
 
 
 class Fmi1Slave(Instance):
@@ -44,8 +52,8 @@ class Fmi1Slave(Instance):
 
     prefix = "fmi"
 
-    def __init__(self, name: str, path: Path) -> None:
-        super().__init__(name, path, FMU1Unmoved)
+    def __init__(self, name: str, path: Path, made: type[Unmoved1] = FMU1Unmoved) -> None:
+        super().__init__(name, path, made)
         self._begin: tuple[float, float | None] = (0.0, None)
         self._initialized = False
         self._callbacks = fmi1.fmi1CallbackFunctions()
@@ -61,7 +69,7 @@ class Fmi1Slave(Instance):
         self.messages.append((message or b"").decode("utf-8", "replace").rstrip())
 
     def instantiate(self) -> None:
-        """fmiInstantiateSlave; nothing where there is an instance that was reset."""
+        """Make the instance; nothing where there is one that was reset."""
         self._initialized = False
 
         def make() -> None:
@@ -69,7 +77,7 @@ class Fmi1Slave(Instance):
             if not self._fmu.component:
                 raise RuntimeError("no instance")
 
-        self._instantiated("fmiInstantiateSlave", make)
+        self._instantiated(self._fmu.instantiating, make)
 
     def setup_experiment(self, t: float, tolerance: float | None = None, stop: float | None = None) -> None:
         """Note the times; FMI 1.0 takes no tolerance."""

@@ -1,4 +1,4 @@
-"""FMUs for model exchange alone, FMI 2.0 and 3.0, as slaves: their derivatives are integrated here (integration.py).
+"""FMUs for model exchange alone, FMI 1.0 to 3.0, as slaves: their derivatives are integrated here (integration.py).
 
 Inputs are held over each step. A continuous input is set in continuous time, any other one in event mode; one that is
 set to what it is makes no event.
@@ -13,12 +13,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fmpy import fmi2, fmi3
+from fmpy import fmi1, fmi2, fmi3
 from fmpy.fmi1 import FMICallException
 
 from cosim.arrays import FloatArray
 from cosim.errors import status_name
 from cosim.slaves.binary import ERROR, Unmoved
+from cosim.slaves.fmi1 import Fmi1Slave, Unmoved1
 from cosim.slaves.fmi2 import COMMON, FmuSlave, Unmoved2
 from cosim.slaves.fmi3 import COMMON as COMMON3
 from cosim.slaves.fmi3 import Fmi3Slave
@@ -28,6 +29,43 @@ from cosim.slaves.shelf import SHELF
 from cosim.slaves.slave import CInterface, References
 
 Update = tuple[bool, bool, float | None]
+
+
+class FMU1UnmovedModel(Unmoved1, fmi1.FMU1Model):
+    """fmpy's model of FMI 1.0, as `Integration` wants one: an event needs no mode, initialization is the first one."""
+
+    needed = ("fmi1InstantiateModel", "fmi1FreeModelInstance", "fmi1SetTime", "fmi1Initialize", "fmi1EventUpdate")
+    instantiating = "fmiInstantiateModel"
+    getNominalContinuousStates: Callable[[Any, int], Any]
+    _first: Any = None
+
+    def initialize_at(self, t: float, tolerance: float) -> None:
+        """FmiSetTime and fmiInitialize, whose event counts as the first one."""
+        self.setTime(t)
+        self._first = self.initialize(fmi1.fmi1True, tolerance)
+
+    def derivatives(self, values: Any, count: int) -> None:
+        """FmiGetDerivatives."""
+        self.getDerivatives(values, count)
+
+    def nominals(self, values: Any, count: int) -> None:
+        """FmiGetNominalContinuousStates."""
+        self.getNominalContinuousStates(values, count)
+
+    def completed(self) -> tuple[bool, bool]:
+        """FmiCompletedIntegratorStep, where there is one."""
+        return "fmi1CompletedIntegratorStep" not in self.lacking and self.completedIntegratorStep(), False
+
+    def enter_events(self) -> None:
+        """Do nothing: there is no such mode."""
+
+    def update(self) -> Update:
+        """FmiEventUpdate, after fmiInitialize what that has said."""
+        (settled, _, _, ends, named, time), self._first = self._first or self.eventUpdate(), None
+        return not settled, ends, time if named else None
+
+    def leave_events(self) -> None:
+        """Do nothing, likewise."""
 
 
 class _Calls:
@@ -181,6 +219,33 @@ class Integrated(_Base):
     def get_state(self) -> Any:
         """Refused: the integrator's state is not saved."""
         return Instance.get_state(self)
+
+
+class ModelExchange1(Integrated, Fmi1Slave):
+    """An instance of an FMI 1.0 FMU for model exchange; see `Instance`. It cannot be reset."""
+
+    def __init__(self, name: str, path: Path) -> None:
+        super().__init__(name, path, FMU1UnmovedModel)
+
+    def _initialize(self) -> None:
+        if not self._initialized:
+            self._call(self._fmu.initialize_at, *self._begin)
+            self._initialized = True
+
+    def terminate(self) -> None:
+        """fmiTerminate, where FMI still allows it."""
+        if self._alive:
+            self._call(self._fmu.fmi1Terminate, self._fmu.component)
+
+    def reset(self) -> bool:
+        """Return False: FMI 1.0 has no function for it."""
+        self.messages.clear()
+        self.warned.clear()
+        return False
+
+    def free(self) -> None:
+        """fmiFreeModelInstance, once."""
+        self._freed(self._fmu.fmi1FreeModelInstance)
 
 
 class ModelExchange2(Integrated, FmuSlave):

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from cosim.errors import FmuError
 from cosim.slaves.shelf import SHELF
 from cosim.slaves.slave import Slave
 
@@ -11,10 +10,12 @@ def open_fmu(name: str, path: Path) -> Slave:
     """Return an instance of an FMU file, not yet instantiated; raises `FmuError`."""
     description = SHELF.description(path)
     if description.fmi_version == "1.0":
+        if description.model_exchange:
+            from cosim.slaves.model_exchange import ModelExchange1
+
+            return ModelExchange1(name, path)
         from cosim.slaves.fmi1 import Fmi1Slave
 
-        if description.model_exchange:
-            raise FmuError(path, "it is of FMI 1.0 for model exchange: of FMI 1.0 only co-simulation is flown")
         return Fmi1Slave(name, path)
     if description.model_exchange:
         from cosim.slaves.model_exchange import ModelExchange2, ModelExchange3

@@ -24,6 +24,8 @@ from fmus.description.units import EXPONENTS, BaseUnit, Conversion, Unit
 _FILE_NAME = re.compile(r"[^/\\:\x00-\x1f]+")
 """A modelIdentifier, which names a file: no folder, no drive. FMI wants an identifier of C, some tools write others."""
 
+_ANNOTATIONS = re.compile(rb"<Annotations>.*?</Annotations>", re.DOTALL)
+
 
 def read_description(path: Path) -> ModelDescription:
     """Read modelDescription.xml of an FMU.
@@ -55,18 +57,34 @@ def parse_description(xml: bytes, path: Path) -> ModelDescription:
 
 
 def _read_by_fmpy(xml: bytes) -> Any:
-    """Read with validation; what breaks the schema is an error, what breaks only a finer rule is let pass."""
+    """Read with validation; what breaks the schema is an error, what breaks only a finer rule is let pass.
+
+    So is what breaks the schema of FMI 3.0 within <Annotations>, which are for the tool that wrote them.
+    """
     from fmpy.model_description import ValidationError, read_model_description
 
-    archive = io.BytesIO()  # fmpy reads archives
-    with zipfile.ZipFile(archive, "w") as writer:
-        writer.writestr("modelDescription.xml", xml)
     try:
-        return read_model_description(archive, validate=True)
+        return read_model_description(_archived(xml), validate=True)
     except ValidationError as error:
         if any("ERROR" in problem for problem in error.problems):
-            raise
-        return read_model_description(archive, validate=False)
+            plain = _without_annotations(xml)
+            if plain == xml:
+                raise
+            return _read_by_fmpy(plain)
+        return read_model_description(_archived(xml), validate=False)
+
+
+def _archived(xml: bytes) -> io.BytesIO:
+    """Return the archive that fmpy reads."""
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w") as writer:
+        writer.writestr("modelDescription.xml", xml)
+    return archive
+
+
+def _without_annotations(xml: bytes) -> bytes:
+    """Return a text without <Annotations>; lines keep their numbers, the text itself where there are none."""
+    return _ANNOTATIONS.sub(lambda found: b"\n" * found[0].count(b"\n"), xml)
 
 
 def _first_line(error: Exception) -> str:
@@ -77,8 +95,9 @@ def _first_line(error: Exception) -> str:
 def _from_fmpy(description: Any, annotations: Annotations, root: Any) -> ModelDescription:
     """Return what fmpy's `ModelDescription` and our annotations say; `root`: the element, for what fmpy leaves out."""
     own = description.coSimulation or description.modelExchange
-    if not _FILE_NAME.fullmatch(own.modelIdentifier) or own.modelIdentifier in (".", ".."):
-        raise ValueError(f"the modelIdentifier {own.modelIdentifier!r} cannot be the name of a library")
+    identifier = own.modelIdentifier or ""
+    if not _FILE_NAME.fullmatch(identifier) or identifier in (".", ".."):
+        raise ValueError(f"the modelIdentifier {identifier!r} cannot be the name of a library")
     return ModelDescription(
         model_name=description.modelName,
         guid=description.guid,

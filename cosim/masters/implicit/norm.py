@@ -40,7 +40,7 @@ class Norm:
         ports = list(dict.fromkeys(link.source for link in wiring.links if between(wiring, link) and not link.fed))
         both = np.array([(absolute, relative)] * len(ports)).reshape(len(ports), 2)
         for pattern, tolerance in tolerances.items():
-            chosen = [any(matches(pattern, name, True) for name in (str(p), split_element(str(p))[0])) for p in ports]
+            chosen = [any(matches(pattern, name) for name in (str(p), split_element(str(p))[0])) for p in ports]
             if not any(chosen):
                 known = dict.fromkeys(split_element(str(port))[0] for port in ports)
                 raise UnknownName("connected output", pattern, "tolerances", list(known))

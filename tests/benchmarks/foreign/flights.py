@@ -21,6 +21,7 @@ from cosim import Experiment, System
 from cosim.errors import SimulationError
 from cosim.flights import simulate
 from cosim.slaves.opening import open_fmu
+from fmus.description.names import canonical
 from fmus.description.read import read_description
 
 Columns = Mapping[str, np.ndarray]
@@ -31,8 +32,8 @@ LONGEST = 400
 
 def ours(path: Path, told: Setup) -> Columns:
     """Fly an FMU alone, its inputs held at their start values; what is recorded up to the end that it asks for."""
-    bases = read_description(path).groups
-    named = [name for name in told.record if name in bases or name in read_description(path).variables]
+    about = read_description(path)
+    named = [name for name in told.record if canonical(name) in about.groups or canonical(name) in about.variables]
     system = System(name="survey", components={"a": str(path)}, hold_unconnected=True)
     experiment = Experiment(
         start_time=told.start,

@@ -1,4 +1,4 @@
-"""FMUs of FMI 1.0: co-simulation flies, model exchange is refused."""
+"""FMUs of FMI 1.0, for co-simulation and for model exchange."""
 # ruff: noqa: E501 (XML and C)
 
 import zipfile
@@ -6,11 +6,14 @@ from pathlib import Path
 
 import fmpy
 import pytest
+from numpy.testing import assert_allclose
 
 from cosim import Connection, Experiment, System, prepare, simulate
-from cosim.errors import FmuError, StepFailed
+from cosim.errors import InitializationFailed, StepFailed
 from fmus import toolchain
 from fmus.description.read import read_description
+
+from .. import c_fmu, tiny_fmu
 
 STEPS = Experiment(stop_time=1.0, communication_step_size=0.25)
 
@@ -27,10 +30,10 @@ XML = """<?xml version="1.0" encoding="UTF-8"?>
 <ScalarVariable name="n" valueReference="0" causality="output" variability="discrete"><Integer/></ScalarVariable>
 <ScalarVariable name="on" valueReference="0" causality="input" variability="discrete"><Boolean start="true"/></ScalarVariable>
 </ModelVariables>
-IMPLEMENTATION
+<Implementation><CoSimulation_StandAlone><Capabilities canHandleVariableCommunicationStepSize="true"/>
+</CoSimulation_StandAlone></Implementation>
 </fmiModelDescription>
 """
-SLAVE = "<Implementation><CoSimulation_StandAlone><Capabilities canHandleVariableCommunicationStepSize='true'/></CoSimulation_StandAlone></Implementation>"
 
 C = r"""
 #include <stdlib.h>
@@ -62,15 +65,15 @@ E int Old_fmiDoStep(fmi1Component c, double t, double h, char new_step) { M *m =
 """
 
 
-def build(folder, implementation=SLAVE):
-    made = folder / "old-source"
+def build(folder, name="Old", code=C, xml=XML):
+    made = folder / f"{name}-source"
     made.mkdir()
-    (made / "old.c").write_text(C)
-    library = made / f"Old{fmpy.sharedLibraryExtension}"
-    toolchain.compile_library(made, "old.c", library, include=(Path(fmpy.__file__).parent / "c-code",))
-    path = folder / "Old.fmu"
+    (made / "fmu.c").write_text(code)
+    library = made / f"{name}{fmpy.sharedLibraryExtension}"
+    toolchain.compile_library(made, "fmu.c", library, include=(Path(fmpy.__file__).parent / "c-code",))
+    path = folder / f"{name}.fmu"
     with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("modelDescription.xml", XML.replace("IMPLEMENTATION", implementation))
+        archive.writestr("modelDescription.xml", xml)
         archive.write(library, f"binaries/{fmpy.platform}/{library.name}")
     return path
 
@@ -112,9 +115,90 @@ def test_a_step_that_fails_is_told(old):
     assert "u is 101" in str(caught.value)
 
 
-def test_model_exchange_is_refused_with_a_sentence(tmp_path):
-    path = build(tmp_path, "")
-    with pytest.raises(
-        FmuError, match=r"it is of FMI 1\.0 for model exchange: of FMI 1\.0 only co-simulation is flown"
-    ):
-        simulate(System(name="s", components={"a": str(path)}, hold_unconnected=True), STEPS)
+MODEL = """
+<fmiModelDescription fmiVersion="1.0" modelName="Saw" modelIdentifier="Saw" guid="{saw}" numberOfContinuousStates="1"
+ numberOfEventIndicators="1"><ModelVariables>
+<ScalarVariable name="u" valueReference="0" causality="input"><Real start="1.8"/></ScalarVariable>
+<ScalarVariable name="x" valueReference="1" causality="output"><Real start="0.25" fixed="true"/></ScalarVariable>
+<ScalarVariable name="end" valueReference="2" variability="parameter"><Real start="9"/></ScalarVariable>
+<ScalarVariable name="wraps" valueReference="0" causality="output" variability="discrete"><Integer/></ScalarVariable>
+<ScalarVariable name="ticks" valueReference="1" causality="output" variability="discrete"><Integer/></ScalarVariable>
+</ModelVariables></fmiModelDescription>
+"""
+MODEL_C = r"""
+#include <stdlib.h>
+#include <string.h>
+#include "fmi1Functions.h"
+#define E __attribute__((visibility("default")))
+typedef struct { double r[3], t; int n[2], ready; } M;
+static int update(M *m, fmi1EventInfo *e) { memset(e, 0, sizeof *e);
+  if (m->r[1] >= 1) { m->r[1] -= 1; m->n[0]++; e->stateValuesChanged = 1; }
+  if (m->t > 0.35 * (m->n[1] + 1) - 1e-9) m->n[1]++;
+  e->iterationConverged = m->r[1] < 1; e->upcomingTimeEvent = 1; e->nextEventTime = 0.35 * (m->n[1] + 1);
+  e->terminateSimulation = m->t >= m->r[2]; return 0; }
+E const char *Saw_fmiGetVersion(void) { return "1.0"; }
+E const char *Saw_fmiGetModelTypesPlatform(void) { return "standard32"; }
+E fmi1Component Saw_fmiInstantiateModel(fmi1String name, fmi1String guid, fmi1CallbackFunctions f, char logging) {
+  M *m = calloc(1, sizeof *m); m->r[0] = 1.8; m->r[1] = 0.25; m->r[2] = 9; return strcmp(guid, "{saw}") ? 0 : m; }
+E void Saw_fmiFreeModelInstance(fmi1Component c) { free(c); }
+E int Saw_fmiTerminate(fmi1Component c) { return 0; }
+E int Saw_fmiInitialize(fmi1Component c, char controlled, double tolerance, fmi1EventInfo *e) { M *m = c;
+  if (m->ready) return 3; m->ready = 1; return update(m, e); }
+E int Saw_fmiEventUpdate(fmi1Component c, char intermediate, fmi1EventInfo *e) { return update(c, e); }
+E int Saw_fmiCompletedIntegratorStep(fmi1Component c, char *event) { *event = 0; return 0; }
+E int Saw_fmiSetTime(fmi1Component c, double t) { ((M *)c)->t = t; return 0; }
+E int Saw_fmiSetContinuousStates(fmi1Component c, const double x[], size_t n) { ((M *)c)->r[1] = x[0]; return 0; }
+E int Saw_fmiGetContinuousStates(fmi1Component c, double x[], size_t n) { x[0] = ((M *)c)->r[1]; return 0; }
+E int Saw_fmiGetNominalContinuousStates(fmi1Component c, double x[], size_t n) { x[0] = 1; return 0; }
+E int Saw_fmiGetDerivatives(fmi1Component c, double x[], size_t n) { x[0] = ((M *)c)->r[0]; return 0; }
+E int Saw_fmiGetEventIndicators(fmi1Component c, double z[], size_t n) { z[0] = 1 - ((M *)c)->r[1]; return 0; }
+E int Saw_fmiSetReal(fmi1Component c, const unsigned v[], size_t n, const double x[]) {
+  for (size_t i = 0; i < n; i++) ((M *)c)->r[v[i]] = x[i]; return 0; }
+E int Saw_fmiGetReal(fmi1Component c, const unsigned v[], size_t n, double x[]) {
+  for (size_t i = 0; i < n; i++) x[i] = ((M *)c)->r[v[i]]; return 0; }
+E int Saw_fmiGetInteger(fmi1Component c, const unsigned v[], size_t n, int x[]) {
+  for (size_t i = 0; i < n; i++) x[i] = ((M *)c)->n[v[i]]; return 0; }
+"""
+
+
+class TestModelExchange:
+    """x' = u, from 0.25 on; where x reaches 1 it falls by 1 (`wraps`); `ticks` counts multiples of 0.35 s."""
+
+    @pytest.fixture
+    def saw(self, tmp_path):
+        return build(tmp_path, "Saw", MODEL_C, MODEL)
+
+    def system(self, saw, **more):
+        return System(name="s", components={"a": str(saw)}, hold_unconnected=True, **more)
+
+    def test_states_and_both_kinds_of_events_again_too(self, saw):
+        steps = Experiment(stop_time=2.0, communication_step_size=0.1)
+        with prepare(self.system(saw)) as prepared:
+            first, second = prepared.fly(steps), prepared.fly(steps)
+        assert first.table.equals(second.table)
+        way = 0.25 + 1.8 * first.time
+        # x is straight between events: what is left are the times of up to 3 events, which CVode finds to 1e-12 or so
+        assert_allclose(first["a.x"], way % 1, atol=1e-8)
+        assert first["a.wraps"].tolist() == (way // 1).tolist()
+        assert first["a.ticks"].tolist() == ((first.time + 1e-9) // 0.35).tolist()
+
+    def test_an_input_that_changes(self, saw, tmp_path):
+        push = c_fmu.build(tmp_path, "Push", [c_fmu.real("y")], outputs="y = m->whole[0] % 2;", step="m->whole[0]++;")
+        system = System(
+            name="s",
+            components={"p": str(push), "a": str(saw)},
+            connections=[Connection("p.y", "a.u")],
+            hold_unconnected=True,
+        )
+        # u is 0, 1, 0, 1 over the four steps of 0.25 s
+        assert_allclose(simulate(system, STEPS)["a.x"], [0.25, 0.25, 0.5, 0.5, 0.75], atol=1e-8)
+
+    def test_it_may_ask_for_the_end(self, saw):
+        result = simulate(self.system(saw, parameters={"a.end": 0.6}), STEPS)
+        assert (result.info["status"], result.info["event"]["variable"]) == ("finished", "a")
+        assert result.time[-1] == 0.5  # the first event after 0.6 s is the tick at 0.7 s
+
+    def test_another_guid(self, saw, tmp_path):
+        other = tiny_fmu.changed(saw, tmp_path / "o.fmu", xml=lambda text: text.replace('guid="{saw}"', 'guid="{x}"'))
+        with pytest.raises(InitializationFailed, match="a cannot be initialized: fmiInstantiateModel returned no inst"):
+            simulate(self.system(other), STEPS)

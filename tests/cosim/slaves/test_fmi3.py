@@ -83,6 +83,18 @@ class TestDescription:
         v = parse_description(text.encode(), "here").variables
         assert [v[f"u[{i}]"].start for i in (1, 2, 3)] == [7.0] * 3
 
+    def test_what_tools_note_for_themselves_may_break_the_schema(self):
+        """Dymola numbers its annotations; what else breaks the schema is refused, on its own line."""
+        note = '<Annotations>\n<Annotation type="a" order="1"/>\n</Annotations><ModelVariables>'
+        text = arrays_fmu.XML.format(token="t", whole="", outputs="")
+        noted = text.replace("<ModelVariables>", note)
+        plain, read = (parse_description(t.encode(), "here") for t in (text, noted))
+        assert read == plain
+        broken = noted.replace('<Float64 name="u"', '<Float64 order="1" name="u"')
+        line = 1 + broken[: broken.index('<Float64 order="1"')].count("\n")
+        with pytest.raises(FmuError, match=rf"damaged: ERROR \(line {line}, .*attribute 'order'"):
+            parse_description(broken.encode(), "here")
+
     @pytest.mark.parametrize(
         ("old", "new", "words"),
         [
