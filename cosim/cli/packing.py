@@ -9,18 +9,22 @@ from typing import TYPE_CHECKING, Any
 
 from cosim.cli.instances import as_arrays, read_descriptions
 from cosim.cli.library import Library
-from cosim.errors import NotSupported, SimulationError
+from cosim.cli.tabling import build_tables
+from cosim.errors import SimulationError, WiringErrors
 from cosim.flights import simulate
 from cosim.masters.explicit import Explicit
 from cosim.results.result import figures
 from cosim.ssp import trace
+from cosim.ssp.signals import instance_names
 from cosim.ssp.write import PARAMETER_SET, generated, write
 from cosim.studies import metrics, papers
 from cosim.system import Experiment, System
+from cosim.system.events import resolve
 from cosim.system.expand import wire
+from cosim.system.feeds import uncovered
 from cosim.system.reference import is_fmu
 from cosim.system.wiring import Port, Wiring
-from cosim.time import exact_seconds, in_words
+from cosim.time import Schedule, exact_seconds, in_words
 from fmus import places
 from fmus.description.description import Scalar
 from fmus.description.units import IDENTITY
@@ -47,15 +51,11 @@ def export(
     Its FMUs have the system's values as start values, besides the parameter sets: some tools read none, some set
     parameters and inputs only. FMUs of files are taken as they are. `platforms`: of the others. `note` is told what is
     built. `traced`: fly the experiment and write what it shows too; the name of the paper's experiment that it is, ""
-    for none. Raises `SspError`, `WiringErrors`, `BuildError`, `NotSupported` for
-    signals, and what ends such a flight early.
+    for none. Raises `SspError`, `WiringErrors`, `BuildError`, and what ends such a flight early.
     """
-    if system.inputs:
-        fed = ", ".join(sorted(system.inputs))
-        what = f"{system.name}: signals feed {fed}, and this package has no place for time series"
-        raise NotSupported(what, "Hold these inputs: System(held=...), or export the system without its signals.")
     tool = f"adcs-cosim {version_of('adcs-cosim')}"
     wiring = wire(system, read_descriptions(system, library))
+    _refuse_mistimed(system, experiment, wiring)
     notes: list[str] = []
     if traced is not None and papers.find_owner(traced) is None:
         notes.append("no claims: this is no experiment of a paper as it is published, only its metrics are written")
@@ -82,8 +82,34 @@ def export(
             )
             for name, reference in system.components.items()
         }
-        write(path, system, experiment, wiring, fmus, version=ssp, starts=starts, tool=tool, extra=extra)
+        write(
+            path,
+            system,
+            experiment,
+            wiring,
+            fmus,
+            version=ssp,
+            starts=starts,
+            tool=tool,
+            extra=extra,
+            tables=build_tables(wiring, Path(folder), platforms),
+        )
     return [*notes, *_remarks(system, experiment, wiring)]
+
+
+def _refuse_mistimed(system: System, experiment: Experiment, wiring: Wiring) -> None:
+    """Raise `WiringErrors` for events and signals that could not fly."""
+    schedule = Schedule.of(
+        experiment.start_time,
+        experiment.stop_time,
+        experiment.communication_step_size,
+        experiment.every,
+        [event.time for event in experiment.events],
+    )
+    _, mistakes = resolve(wiring, system, schedule, experiment.events)
+    mistakes += [mistake for feed in wiring.feeds.values() for mistake in uncovered(feed, schedule)]
+    if mistakes:
+        raise WiringErrors(system.name, mistakes)
 
 
 def _started(system: System, experiment: Experiment, locate: Library) -> "Result":
@@ -95,7 +121,9 @@ def _started(system: System, experiment: Experiment, locate: Library) -> "Result
             (experiment.communication_step_size, "communication_step_size"),
         )
     )
-    brief = replace(experiment, stop_time=start + step, master=Explicit(), record=("*",), stop_when="", every=1)
+    brief = replace(
+        experiment, stop_time=start + step, master=Explicit(), record=("*",), stop_when="", every=1, events=()
+    )
     try:
         return simulate(system, brief, locate=locate, advise=False)
     except SimulationError as error:
@@ -156,13 +184,16 @@ def _remarks(system: System, experiment: Experiment, wiring: Wiring) -> Sequence
         f"other tools must be told the communication step, {step}; some ask for the parameter set {PARAMETER_SET}",
         "they pass outputs on at communication points, as adcs run --master jacobi does: their errors are larger",
     ]
-    lost = ["events"] * bool(experiment.events) + ["processes of their own"] * bool(system.isolated)
-    if lost:
-        lines.append(f"not in it: {' and '.join(lost)}, which are those of this master")
+    own = ["events"] * bool(experiment.events) + ["processes of their own"] * bool(system.isolated)
+    if own:
+        lines.append(f"only adcs-cosim reads the {' and '.join(own)} in it, in its own annotation")
+    if wiring.feeds:
+        tables = ", ".join(instance_names(wiring).values())
+        lines.append(f"signals are FMUs for other tools ({tables}), which hold each value over a communication step")
     files = [name for name, reference in system.components.items() if is_fmu(reference)]
     if files:
         lines.append(f"FMUs of files are in it as they are, values only in their parameter sets: {', '.join(files)}")
-    changed = [link for link in wiring.links if link.conversion != IDENTITY]
+    changed = [link for link in wiring.links if link.conversion != IDENTITY and not link.fed]
     if changed:
         first, more = changed[0], f" and {len(changed) - 1} more" if len(changed) > 1 else ""
         lines.append(f"{first.source} -> {first.target}{more} has a factor: check that the other tool applies it")

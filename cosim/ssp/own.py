@@ -3,10 +3,11 @@
     <ssc:Annotation type="org.adcs-cosim">
       <adcs:Flight xmlns:adcs="urn:adcs-cosim:ssp" version="1">
         <adcs:System>{"vehicle": ...}</adcs:System> <adcs:Experiment>{"communication_step_size": ...}</adcs:Experiment>
+        <adcs:Signals>{"plant_signals": ...}</adcs:Signals>
 
-Each has the fields that are not the defaults, as JSON. What JSON does not know is an object of one entry, {"!Value":
-...}, whose name is that of its class. The system structure stays the truth: what another tool has changed in it since
-wins over the annotation (refine.py).
+The first two have the fields that are not the defaults, as JSON; signals.py tells of signals. What JSON does not know
+is an object of one entry, {"!Value": ...}, whose name is that of its class. The system structure stays the truth: what
+another tool has changed in it since wins over the annotation (refine.py).
 """
 
 import json
@@ -16,11 +17,11 @@ from fractions import Fraction
 from typing import Any
 
 from cosim.ssp.errors import SspError
-from cosim.system import Connection, Experiment, System, Value
+from cosim.system import At, Connection, Experiment, System, Value
 
 TYPE, NAMESPACE, VERSION = "org.adcs-cosim", "urn:adcs-cosim:ssp", "1"
 
-KNOWN: Mapping[str, Any] = {"Value": Value, "Connection": Connection, "Fraction": Fraction}
+KNOWN: Mapping[str, Any] = {"Value": Value, "Connection": Connection, "At": At, "Fraction": Fraction}
 """Classes within systems and experiments; masters are given, as this floor does not know them."""
 
 
@@ -32,16 +33,20 @@ def encode(declared: System | Experiment, leave: tuple[str, ...] = ()) -> str:
 
 def decode(text: str, made: type, masters: Mapping[str, Any], file: str) -> dict[str, Any]:
     """Return the fields that `encode` has written; `masters`: class name -> class. Raises `SspError`."""
-    classes = {**KNOWN, **masters}
-    try:
-        found = json.loads(text, object_hook=lambda entries: _object(entries, classes))
-    except (ValueError, TypeError, KeyError, ZeroDivisionError, RecursionError) as error:
-        raise SspError(file, [f"its annotation {TYPE} is damaged: {error}. Without it the file is read too"]) from error
+    found = parsed(text, {**KNOWN, **masters}, file)
     known = {f.name for f in fields(made)}
     if not isinstance(found, dict) or set(found) - known:
         extra = ", ".join(sorted(set(found) - known)) if isinstance(found, dict) else "no object"
         raise SspError(file, [f"its annotation {TYPE} has in {made.__name__} what is not known here: {extra}"])
     return found
+
+
+def parsed(text: str, classes: Mapping[str, Any], file: str) -> Any:
+    """Return what a part of the annotation says; `classes`: class name -> class. Raises `SspError`."""
+    try:
+        return json.loads(text, object_hook=lambda entries: _object(entries, classes))
+    except (ValueError, TypeError, KeyError, ZeroDivisionError, RecursionError) as error:
+        raise SspError(file, [f"its annotation {TYPE} is damaged: {error}. Without it the file is read too"]) from error
 
 
 def _changed(declared: Any) -> dict[str, Any]:

@@ -7,7 +7,7 @@ FMUs proposes, else a thousandth of the flight; inputs that nothing is connected
 
 import logging
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -17,14 +17,15 @@ from cosim.errors import FmuError
 from cosim.ssp.errors import SspError
 from cosim.ssp.flatten import Flat, flatten
 from cosim.ssp.model import Structure
-from cosim.ssp.own import TYPE, VERSION, decode
+from cosim.ssp.own import TYPE, VERSION, decode, parsed
 from cosim.ssp.package import Package, extracted
 from cosim.ssp.refine import pairs, refined
+from cosim.ssp.signals import recognised
 from cosim.ssp.structure import read_structure
-from cosim.system import Connection, Experiment, System
+from cosim.system import At, Connection, Experiment, System
 from cosim.time import Seconds, exact_seconds
 from fmus.description.description import ModelDescription
-from fmus.description.names import group, nested, split_element
+from fmus.description.names import group, nested, split_element, split_port
 from fmus.description.read import read_description
 
 STEPS = 1000
@@ -49,11 +50,11 @@ def read(
     if flat.ignored:
         names = ", ".join(flat.ignored[:10]) + (", ..." if len(flat.ignored) > 10 else "")
         _log.warning("%s: its parameter sets name what no FMU of it has, passed over: %s", package.label, names)
-    system = _plain_system(flat, _name(structure.name, Path(path)))
+    name = _name(structure.name, Path(path))
     if structure.annotation is None:
-        return system, _experiment(structure, flat, package.label, stop, step)
+        return _plain_system(flat, name), _experiment(structure, flat, package.label, stop, step)
     try:
-        return _as_declared(structure, flat, system, masters, package.label, stop, step)
+        return _as_declared(structure, flat, name, masters, package, stop, step)
     except (TypeError, ValueError, AttributeError, KeyError, OverflowError) as error:
         problem = f"its annotation {TYPE} is damaged ({error}). Without it the file is read too"
         raise SspError(package.label, [problem]) from error
@@ -135,23 +136,35 @@ def _experiment(structure: Structure, flat: Flat, label: str, stop: Seconds | No
 def _as_declared(
     structure: Structure,
     flat: Flat,
-    system: System,
+    name: str,
     masters: Mapping[str, Any],
-    label: str,
+    package: Package,
     stop: Seconds | None,
     step: Seconds | None,
 ) -> tuple[System, Experiment]:
     """Return system and experiment with what our annotation says; times that differ are the structure's."""
-    annotation = structure.annotation or {}
+    annotation, label = structure.annotation or {}, package.label
     if annotation.get("version") != VERSION:
         problem = f"its annotation {TYPE} is of version {annotation.get('version')}, read is {VERSION}"
         raise SspError(label, [problem])
     told = decode(annotation.get("System", "{}"), System, masters, label)
     flown = decode(annotation.get("Experiment", "{}"), Experiment, masters, label)
+    flat, inputs = recognised(flat, parsed(annotation.get("Signals", "{}"), {}, label), package)
+    system = replace(_plain_system(flat, name), inputs=inputs)
     true = {"start_time": structure.start_time, "stop_time": structure.stop_time}
+    if "events" in flown:
+        flown["events"] = list(_still_there(flown["events"], flat))
     changed = {n: t for n, t in true.items() if t is not None and (n not in flown or float(flown[n]) != t)}
     given = {"stop_time": stop, "communication_step_size": step}
     flown |= changed | {name: value for name, value in given.items() if value is not None}
     if "stop_time" not in flown or "communication_step_size" not in flown:
         return refined(flat, system, told), _experiment(structure, flat, label, stop, step)
     return refined(flat, system, told), Experiment(**flown)
+
+
+def _still_there(events: Iterable[At], flat: Flat) -> Iterator[At]:
+    """Yield events with what they change in instances that are there."""
+    for event in events:
+        values = {n: v for n, v in event.values.items() if split_port(n)[0] in ("*", *flat.components)}
+        if values:
+            yield At(event.time, values)

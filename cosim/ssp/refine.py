@@ -10,6 +10,7 @@ from typing import Any
 
 from cosim.errors import UnknownName
 from cosim.ssp.flatten import Flat
+from cosim.ssp.signals import fed
 from cosim.system import Connection, System
 from cosim.system.overrides import with_parameters
 from cosim.system.parameters import Parameters
@@ -30,8 +31,9 @@ def refined(flat: Flat, system: System, told: Mapping[str, Any]) -> System:
     for name, n in here["steps"].items():
         if not (isinstance(n, int) or (isinstance(n, float) and n.is_integer())):
             raise TypeError(f"steps of {name} is {n!r}")
+    here["isolated"] = [n for n in told.get("isolated", ()) if n in ("*", *flat.components)]
     here["connections"] = _connections(told.get("connections", ()), flat)
-    here |= {"name": system.name, "components": system.components}
+    here |= {"name": system.name, "components": system.components, "inputs": system.inputs}
     return _with_changed_values(System(**here), flat)
 
 
@@ -78,8 +80,10 @@ def pairs(connection: Connection, descriptions: Mapping[str, ModelDescription]) 
 def _with_changed_values(system: System, flat: Flat) -> System:
     """Return the system with the structure's values where they are not the annotation's."""
     parameters = Parameters(system, flat.descriptions)
+    sources = fed(system.inputs, flat.descriptions)
     told: dict[Port, Scalar] = {**parameters.settings(), **parameters.held()}
-    connected = {pair[1] for c in system.connections for pair in pairs(c, flat.descriptions)}
+    told = {port: value for port, value in told.items() if port not in sources}
+    connected = sources | {pair[1] for c in system.connections for pair in pairs(c, flat.descriptions)}
     true = {Port(*key): value for key, value in flat.values.items() if Port(*key) not in connected}
     for port in told.keys() - true.keys():  # the structure leaves it at its start value
         start = flat.descriptions[port.component].variables[port.variable].start

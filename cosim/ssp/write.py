@@ -3,13 +3,17 @@
 One flat system; connectors of FMUs only; a connection an element; values of parameters, initial states and inputs in
 the variables' own units, in one named parameter set a component; the times of the DefaultExperiment; the FMUs in
 resources/. Where the units of both ends differ, the connection has the factor, and forbids that one is applied twice.
-What SSP has no place for stands in our own annotation (own.py).
+Signals are FMUs beside those that they feed (signals.py). What SSP has no place for stands in our own annotation
+(own.py).
 """
 
+import json
 import time
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
+from cosim.ssp import signals
 from cosim.ssp.archive import epoch, file_name, names_of, write_archive
 from cosim.ssp.errors import SspError
 from cosim.ssp.own import NAMESPACE, TYPE, encode
@@ -39,21 +43,31 @@ def write(
     starts: Mapping[Port, Scalar] | None = None,
     tool: str = "adcs-cosim",
     extra: Mapping[str, bytes] | None = None,
+    tables: Mapping[str, Path] | None = None,
 ) -> Path:
     """Write a wired system, the same bytes for the same system; raises `SspError`.
 
     `fmus`: instance -> its file. `starts`: values that connected inputs have at the start, for tools that do not carry
-    outputs over before the first step. `extra`: further files of the archive, by name.
+    outputs over before the first step. `extra`: further files of the archive, by name. `tables`: by the names of the
+    wiring's feeds, FMUs whose outputs are these signals.
     """
+    if missing := [feed.component for name, feed in wiring.feeds.items() if name not in (tables or {})]:
+        needed = ", ".join(f"{name!r}: ..." for name in wiring.feeds)
+        problem = f"signals feed {', '.join(missing)}: they need FMUs in it, tables={{{needed}}}"
+        raise SspError(str(path), [problem])
+    told, samples = signals.written(system, wiring, tables or {})
+    wiring, tabled = signals.with_tables(wiring, tables or {})
+    fmus = {**fmus, **tabled}
     if version not in VERSIONS:
         raise SspError(str(path), [f"there is no SSP {version} to write. Versions: {', '.join(VERSIONS)}"])
     sources = names_of(fmus)
     values = {**wiring.settings, **(starts or {}), **wiring.held}
     own = {name: {p.variable: v for p, v in values.items() if p.component == name} for name in wiring.components}
     sets = {name: f"resources/{file_name(name)}.ssv" for name, found in own.items() if found}
-    texts: dict[str, bytes] = {}
+    texts: dict[str, bytes] = dict(samples)
     try:
         root = _structure(system, experiment, wiring, sources, sets, version, tool)
+        _annotate(root, system, experiment, told)
         texts[STRUCTURE] = _bytes(root, path)
         for name, file in sets.items():
             texts[file] = _bytes(_parameter_set(own[name], wiring.descriptions[name], version, tool), path)
@@ -118,12 +132,20 @@ def _structure(
     times = {"startTime": experiment.start_time, "stopTime": experiment.stop_time}
     seconds = {name: repr(float(exact_seconds(value, name))) for name, value in times.items()}
     etree.SubElement(root, f"{{{SSD}}}DefaultExperiment", seconds)
+    return root
+
+
+def _annotate(root: Element, system: System, experiment: Experiment, told: Mapping[str, Any]) -> None:
+    """Add what SSP has no place for; `told`: of signals."""
+    from lxml import etree
+
     annotations = etree.SubElement(root, f"{{{SSD}}}Annotations")
     annotation = etree.SubElement(annotations, f"{{{SSC}}}Annotation", type=TYPE)
     flight = etree.SubElement(annotation, f"{{{NAMESPACE}}}Flight", nsmap={"adcs": NAMESPACE}, version="1")
-    etree.SubElement(flight, f"{{{NAMESPACE}}}System").text = encode(system, ("name", "components"))
+    etree.SubElement(flight, f"{{{NAMESPACE}}}System").text = encode(system, ("name", "components", "inputs"))
     etree.SubElement(flight, f"{{{NAMESPACE}}}Experiment").text = encode(experiment)
-    return root
+    if told:
+        etree.SubElement(flight, f"{{{NAMESPACE}}}Signals").text = json.dumps(told)
 
 
 def _connector(

@@ -13,6 +13,7 @@ Source: de Boor, A Practical Guide to Splines (1978), chapter IV, for the spline
 
 import hashlib
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
@@ -116,6 +117,12 @@ class Signal:
             ) from error
         made = cls((time, values), unit=unit, interpolation=interpolation)
         made._set(label=f"of {name}")
+        return made
+
+    def named(self, label: str) -> "Signal":
+        """Return the same samples as of a file of another name, for one that lies within an archive."""
+        made = copy(self)
+        made._set(label=label, file=label if self.file is not None else None)
         return made
 
     @property

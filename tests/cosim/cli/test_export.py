@@ -158,16 +158,30 @@ def fed():
 
 def eventful():
     system, experiment = follow()
-    return replace(system, isolated=["sum"]), replace(experiment, events=[At(1.0, {"torque.bias": [0, 0, 0]})])
+    components = system.components | {"low": "LowPass"}
+    system = replace(system, isolated=["sum"], components=components)
+    return system, replace(experiment, events=[At(1.0, {"low.bandwidth": [3.0]})])
+
+def mistaken():
+    system, experiment = follow()
+    return system, replace(experiment, events=[At(1.0, {"torque.bias": [0, 0, 0]})])
 """
 
 
-def test_signals_are_refused_and_what_is_of_this_master_alone_is_told(adcs, folder, unbuilt):
+def test_signals_go_out_as_an_fmu_and_what_is_of_this_master_alone_is_told(adcs, folder, unbuilt):
     (folder / "follow.py").write_text(SYSTEM)
     (folder / "fed.py").write_text(FED)
     done = adcs("export", "fed.py:fed", "-o", "f.ssp")
-    assert done.status == 2 and not (folder / "f.ssp").exists()
-    assert "follow: signals feed sum.tau_2, and this package has no place for time series. Hold these" in done.err
+    assert done.status == 0 and "signals are FMUs for other tools (sum_signals), which hold each value" in done.err
+    assert "resources/sum_signals.fmu" in zipfile.ZipFile("f.ssp").namelist()
+    assert "sum.tau_2" in adcs("show", "f.ssp").out
+    for name, out in (("fed.py:fed", "a"), ("f.ssp", "b")):
+        assert adcs("run", name, "--out", out).status == 0
+    a, b = (Result.read(folder / name) for name in ("a", "b"))
+    assert a.table.equals(b.table, check_metadata=False) and list(a["sum.tau_2"][-1]) == [1.0, 1.0, 1.0]
     done = adcs("export", "fed.py:eventful", "-o", "g.ssp")
     assert done.status == 0, done.err
-    assert "not in it: events and processes of their own, which are those of this master" in done.err
+    assert "only adcs-cosim reads the events and processes of their own in it" in done.err
+    done = adcs("export", "fed.py:mistaken", "-o", "h.ssp")
+    assert done.status == 2 and not (folder / "h.ssp").exists()
+    assert "torque.bias is a fixed parameter, which cannot change after the start" in done.err

@@ -1,0 +1,1 @@
+"""Time series as an FMU: its outputs follow a table over time."""
