@@ -114,9 +114,12 @@ class Signal:
             raise SignalError(
                 f"of {name}", f"its values are no numbers, or not as many at each time ({error})"
             ) from error
-        made = cls((time, values), unit=unit, interpolation=interpolation)
-        made._set(label=f"of {name}")
-        return made
+        return cls((time, values), unit=unit, interpolation=interpolation).named(f"of {name}")
+
+    def named(self, label: str) -> "Signal":
+        """Return it under another label."""
+        self._set(label=label)
+        return self
 
     @property
     def width(self) -> int:
