@@ -1,7 +1,7 @@
 """Co-simulation of attitude-control systems: FMI 2.0 FMUs wired by a master, recorded, judged.
 
 What a script needs is here by its name, and loaded when it is first used: System, Component, Connection, Experiment,
-Signal, Value, load, Library, prepare, simulate, Result; the masters Explicit, Iterated, ErrorControlled.
+Signal, Value, load, Library, prepare, simulate, resume, Result; the masters Explicit, Iterated, ErrorControlled.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from cosim.slaves.slave import Slave
     from cosim.system import At, Component, Connection, Experiment, Signal, System, Value
     from cosim.system.swap import SwapReport
+    from cosim.time import Seconds
 
 __all__ = [
     "At",
@@ -38,6 +39,7 @@ __all__ = [
     "Value",
     "load",
     "prepare",
+    "resume",
     "simulate",
 ]
 
@@ -86,11 +88,13 @@ def simulate(
     progress: Callable[[float, float], None] | None = None,
     format: str = "parquet",
     metrics: "Callable[[Result], Mapping[str, Any]] | None" = None,
+    checkpoint: "Seconds | None" = None,
 ) -> "Result":
     """Run an experiment and return what it recorded: `prepare` and `Prepared.fly` (cosim.flights) in one call.
 
     `locate`: FMU reference -> path; None: `Library()`, which builds what is missing. `metrics` None: those of an
-    attitude run. `slaves`: instances to use instead of FMUs, by instance name. `out`: the result folder.
+    attitude run. `slaves`: instances to use instead of FMUs, by instance name. `out`: the result folder. `checkpoint`:
+    every so many seconds of the flight a checkpoint is saved in it, from which `resume(out)` goes on.
     """
     from cosim import flights
 
@@ -104,6 +108,34 @@ def simulate(
         overwrite=overwrite,
         progress=progress,
         format=format,
+        metrics=metrics or _attitude,
+        checkpoint=checkpoint,
+    )
+
+
+def resume(
+    folder: Path | str,
+    *,
+    stop_time: "Seconds | None" = None,
+    locate: Callable[[Any], Path] | None = None,
+    slaves: "Mapping[str, Slave] | None" = None,
+    progress: Callable[[float, float], None] | None = None,
+    metrics: "Callable[[Result], Mapping[str, Any]] | None" = None,
+) -> "Result":
+    """Go on with the run in a folder from its checkpoint (cosim.resuming.resume); all it needs stands there.
+
+    It ends with the bits of a run that was never interrupted. `stop_time`: another one, s, where no step so far would
+    have been another with it. `locate`: FMU reference -> path, of FMUs that are no more where they were; `slaves`:
+    instances, where the run was given some.
+    """
+    from cosim import resuming
+
+    return resuming.resume(
+        folder,
+        stop_time=stop_time,
+        locate=locate or _library(),
+        slaves=slaves,
+        progress=progress,
         metrics=metrics or _attitude,
     )
 

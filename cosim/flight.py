@@ -6,11 +6,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from cosim.checkpoints import Keeping
 from cosim.errors import StepFailed
 from cosim.masters.events import Events
 from cosim.masters.interrupt import Asked, interruptible
 from cosim.masters.master import Course, Flown
-from cosim.masters.point import Point
+from cosim.masters.point import Part, Point
 from cosim.masters.run import run
 from cosim.masters.watch import Watch
 from cosim.results.claim import release
@@ -18,6 +19,7 @@ from cosim.results.folder import write_info
 from cosim.results.recorder import Recorder
 from cosim.slaves.crew import Crew
 from cosim.slaves.pending import Patience
+from cosim.slaves.said import Said
 
 Progress = Callable[[float, float], None]
 
@@ -38,13 +40,14 @@ class Flight:
         progress: Progress | None,
         info: Mapping[str, Any],
         patience: Patience,
+        keeping: Keeping,
     ) -> None:
-        self.patience = patience
+        self.patience, self.keeping = patience, keeping
         self.course, self.crew, self.point, self.events = course, crew, point, events
         self.folder, self.progress, self.info = folder, progress, info
         schedule = course.schedule
         rows = schedule.steps // schedule.every + len(schedule.events) + 3
-        self.recorder = Recorder(folder, course.layout.columns, point.texts, rows)
+        self.recorder = Recorder(folder, course.layout.columns, point.texts, rows, keeping.kept)
         self.flown = Flown("none", "nothing was flown")
         self.control, self.evaluations = course.control(), 0
         self.failure: Exception | None = None
@@ -52,6 +55,10 @@ class Flight:
         self.interrupted = False
         self.asked = Asked()
         self.wall_time = 0.0
+
+    def parts(self, watch: Watch) -> Mapping[str, Part]:
+        """Return what remembers something from point to point beside the points: a checkpoint has it all."""
+        return {"control": self.control, "interludes": self.events, "watch": watch, "said": Said(self.crew)}
 
     def fly(self, problem: Exception | None = None) -> None:
         """Fly to the end; what ends it early, or a `problem` at once, stands in `failure` and `interrupted`."""
@@ -64,13 +71,16 @@ class Flight:
                 watch = Watch(self.course.layout, schedule, recorder.block, self.patience.stop)
                 algorithm, self.flown = self.course.algorithm(self.crew, watch)
                 _tell(self.flown)
+                self.keeping.begin(recorder, watch, self.crew, self.parts(watch))
                 with interruptible(watch.stop, self._last_words) as self.asked:
                     going = run(algorithm, self.control, self.point, watch, self.events)
                     try:
                         for self.point in going:
                             recorder.look()
+                            self.keeping.look(self.point)
                             if self.progress is not None:
                                 self.progress(schedule.time(self.point.index), schedule.time(schedule.steps))
+                        self.keeping.end(self.point)
                     except KeyboardInterrupt:
                         self.interrupted = True  # the last row tells how far it came
                     finally:

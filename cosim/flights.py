@@ -3,11 +3,12 @@
 import time
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext, suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
 from cosim import remedy
+from cosim.checkpoints import Checkpoints, Keeping
 from cosim.errors import (
     FmuError,
     NotSupported,
@@ -23,9 +24,10 @@ from cosim.masters.events import Events
 from cosim.masters.explicit import Explicit
 from cosim.masters.initialization.initialize import Initialization
 from cosim.masters.kernel import crash
-from cosim.masters.kernel.library import signal_functions
-from cosim.masters.master import Course, Master
+from cosim.masters.master import Master
+from cosim.plan import Plan, on
 from cosim.results import formats, process, runinfo, story
+from cosim.results.checkpoint import Checkpoint
 from cosim.results.claim import claimed
 from cosim.results.effective import Effective
 from cosim.results.folder import place
@@ -35,10 +37,9 @@ from cosim.slaves.crew import Crew, Crews
 from cosim.slaves.opening import open_fmu, open_isolated
 from cosim.slaves.pending import Patience
 from cosim.slaves.slave import Slave
-from cosim.slaves.tabulated import Tabulated
 from cosim.ssp.package import path_of
 from cosim.system import feeds
-from cosim.system.events import Change, resolve
+from cosim.system.events import resolve
 from cosim.system.expand import rewire, wire
 from cosim.system.overrides import with_inputs, with_parameters
 from cosim.system.reference import Reference, is_fmu, name_of, reference_of
@@ -46,7 +47,7 @@ from cosim.system.signal import Signal
 from cosim.system.swap import SwapReport
 from cosim.system.system import Experiment, System, isolated
 from cosim.system.wiring import Wiring
-from cosim.time import Schedule, exact_seconds
+from cosim.time import Schedule, Seconds, exact_seconds
 
 Locate = Callable[[Any], Path]
 """FMU reference, as `System` has it, -> path."""
@@ -65,6 +66,7 @@ def simulate(
     format: str = "parquet",
     metrics: Judge | None = None,
     advise: bool = True,
+    checkpoint: Seconds | None = None,
 ) -> Result:
     """Run an experiment and return what it recorded; see `prepare` and `Prepared.fly`, which it calls."""
     formats.check_format(format)
@@ -73,7 +75,13 @@ def simulate(
         story.refuse_existing(folder)
     with prepare(system, locate, slaves=slaves, swaps=swaps, metrics=metrics) as prepared:
         return prepared.fly(
-            experiment, out=folder, overwrite=overwrite, progress=progress, format=format, advise=advise
+            experiment,
+            out=folder,
+            overwrite=overwrite,
+            progress=progress,
+            format=format,
+            advise=advise,
+            checkpoint=checkpoint,
         )
 
 
@@ -119,26 +127,6 @@ def find(given: Reference | Path, locate: Locate | None = None) -> Path:
     raise FmuError(Path(name_of(reference)), problem)
 
 
-@dataclass(frozen=True)
-class _Plan:
-    """What flights of one kind share; `wiring` has the timings that they fly."""
-
-    wiring: Wiring
-    course: Course
-    initialization: Initialization
-    effective: Effective
-    info: Mapping[str, Any]
-    signals: Mapping[str, feeds.Pieces]
-    events: events.Plan
-
-    def tabulated(self) -> dict[str, Tabulated]:
-        """Return the instances that signals are, new ones: they cost no more than a reset would."""
-        return {
-            name: Tabulated(feed, feeds.description(feed), self.signals[name], signal_functions)
-            for name, feed in self.wiring.feeds.items()
-        }
-
-
 class Prepared:
     """A system that is ready to fly, again and again, from several threads at once; a context manager.
 
@@ -163,7 +151,7 @@ class Prepared:
         self._crews.give_back(first, flown=False)
         self._descriptions = {name: slave.description for name, slave in first.items()}
         self._wiring = wire(system, self._descriptions)
-        self._plans: dict[Any, _Plan] = {}
+        self._plans: dict[Any, Plan] = {}
 
     @property
     def wiring(self) -> Wiring:
@@ -194,13 +182,17 @@ class Prepared:
         progress: Progress | None = None,
         format: str = "parquet",
         advise: bool = True,
+        checkpoint: Seconds | None = None,
+        resumed: Checkpoint | None = None,
     ) -> Result:
         """Run an experiment and return what it recorded.
 
         `parameters`, `inputs`, `record`: instead of the system's and the experiment's; a signal takes the place of the
         connection to its input too. `out`: the result folder (None: nothing
         is left on disk). `progress(t, stop_time)`, both in s, is called some times a second. `advise`: where a flight
-        diverges, try shorter steps for some seconds, and let the error say which one passes.
+        diverges, try shorter steps for some seconds, and let the error say which one passes. `checkpoint`: so many
+        seconds of the flight lie between two checkpoints, from which `cosim.resume(out)` goes on; `resumed`: the one in
+        the folder from which this flight goes on.
 
         Ctrl-C ends the run within the step that is running, with status "interrupted"; a second one ends it at once.
         SIGTERM does as the first, and then ends the process (`SystemExit`), or is answered by the program's handler. A
@@ -213,11 +205,16 @@ class Prepared:
         began = time.perf_counter()
         formats.check_format(format)
         folder = place(out)
-        if folder is not None and not overwrite:
+        if folder is not None and not overwrite and resumed is None:
             story.refuse_existing(folder)
         experiment = experiment if record is None else replace(experiment, record=record)
         patience = Patience(experiment.pending_timeout, experiment.isolation_timeout)
         plan = self._plan(experiment, parameters, tuple(experiment.record), inputs)
+        keeping = Keeping()
+        if checkpoint is not None:
+            system = with_inputs(with_parameters(self.system, parameters or {}), inputs or {})
+            flown = system, experiment, self._paths, self._descriptions, format
+            keeping = Checkpoints.of(checkpoint, folder, flown, resumed)
         for line in plan.info["warnings"]:
             warn(line)
         if folder is not None:
@@ -232,17 +229,23 @@ class Prepared:
             for slave in slaves.values():
                 slave.patience = patience
             point = plan.initialization.start(slaves, schedule.time(0), experiment.tolerance, stop)
+            point = keeping.point(point, slaves, plan.course)
             with claimed(folder):
-                if folder is not None:
-                    if not overwrite:
-                        story.refuse_existing(folder)  # of a run that ended while this one began
-                    story.replace(folder)
-                info = {**plan.info, **process.describe()}
+                keeping.claim(folder, overwrite=overwrite)
+                info = {**plan.info, **keeping.told(), **process.describe()}
                 if folder is not None:  # a third of the cost of a short flight that is not kept
                     info["values"] = plan.effective.read(crew, plan.wiring.settings)
                 with story.told(folder, info) as tale:
                     flight = Flight(
-                        plan.course, slaves, point, Events(plan.events, slaves), folder, progress, info, patience
+                        plan.course,
+                        slaves,
+                        point,
+                        Events(plan.events, slaves),
+                        folder,
+                        progress,
+                        info,
+                        patience,
+                        keeping,
                     )
                     flight.fly(tale.problem)
                     refused = crews.end(crew, getattr(flight.failure, "component", None))
@@ -281,6 +284,10 @@ class Prepared:
 
             remedy.advise(failure, experiment, experiment.master or Explicit(), fly)
 
+    def plan(self, experiment: Experiment) -> Plan:
+        """Return what `fly` works out for an experiment before it flies."""
+        return self._plan(experiment, None, tuple(experiment.record))
+
     @contextmanager
     def _crew(self) -> Generator[Crew]:
         crew = self._crews.take()
@@ -295,7 +302,7 @@ class Prepared:
         parameters: Mapping[str, Any] | None,
         record: tuple[str, ...],
         inputs: Mapping[str, Signal] | None = None,
-    ) -> _Plan:
+    ) -> Plan:
         """Return what the flight needs beside instances; it is kept, but for what is of this flight alone."""
         schedule = Schedule.of(
             experiment.start_time,
@@ -336,7 +343,7 @@ class Prepared:
         master: Master,
         experiment: Experiment,
         record: tuple[str, ...],
-    ) -> _Plan:
+    ) -> Plan:
         if uncovered := [mistake for feed in wiring.feeds.values() for mistake in feeds.uncovered(feed, schedule)]:
             raise WiringErrors(system.name, uncovered)
         changes, mistakes = resolve(wiring, system, schedule, experiment.events)
@@ -347,10 +354,10 @@ class Prepared:
         info = runinfo.setup(system, experiment, schedule, timed, course, master, self._paths, self._swaps)
         signals = {name: feeds.pieces(feed, schedule) for name, feed in wiring.feeds.items()}
         info["events"] = [change.told(timed) for change in changes]
-        happening = events.Plan.of(timed, course.layout, _on(course.schedule, changes))
-        return _Plan(timed, course, Initialization.of(timed, course.layout), Effective(timed), info, signals, happening)
+        happening = events.Plan.of(timed, course.layout, on(course.schedule, changes))
+        return Plan(timed, course, Initialization.of(timed, course.layout), Effective(timed), info, signals, happening)
 
-    def _result(self, plan: _Plan, flight: Flight, folder: Path | None, format: str) -> tuple[Result, Exception | None]:
+    def _result(self, plan: Plan, flight: Flight, folder: Path | None, format: str) -> tuple[Result, Exception | None]:
         """Return the result of a flight that has ended, and what ended it early."""
         failure = flight.failure
         table = flight.recorder.table()
@@ -376,8 +383,3 @@ class Prepared:
             with suppress(Exception) if failure is not None else nullcontext():
                 _ = result.metrics
         return result, failure
-
-
-def _on(schedule: Schedule, changes: tuple[Change, ...]) -> tuple[Change, ...]:
-    """Return changes at the points of the schedule that a master flies, which may have more of them."""
-    return tuple(replace(c, point=point) for c, point in zip(changes, schedule.event_points, strict=True))

@@ -234,6 +234,10 @@ class Schedule:
         """Return the communication point k in s, rounded once."""
         return self.count(k) / self.denominator
 
+    def reached(self, seconds: Fraction) -> int:
+        """Return the first communication point that is not before a time, s; beyond the stop `steps` + 1."""
+        return bisect_left(range(self.steps + 1), seconds * self.denominator, key=self.count)
+
     def recorded(self, k: int) -> bool:
         """Whether the row of point k is recorded: each `every`-th, those of events, and the last."""
         if k == self.steps or k in self.event_points:

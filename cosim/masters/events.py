@@ -10,6 +10,7 @@ The outputs of other FMUs stay what they were at the end of the step before unti
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -72,6 +73,14 @@ class Events:
     def due(self, point: Point) -> bool:
         """Whether a change waits at a point."""
         return self.last(-1) == point.index
+
+    def memory(self) -> Any:
+        """Return how many changes have happened; see `Part`."""
+        return self._next
+
+    def recall(self, memory: Any) -> None:
+        """Let so many have happened: the FMUs have them in their states."""
+        self._next = memory
 
     def apply(self, point: Point) -> Point:
         """Change what is due at a point, and return it as it is then; raises `EventError`."""

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 from cosim.errors import StepFailed
 from cosim.masters.layout import Layout
-from cosim.masters.point import Point
+from cosim.masters.point import Part, Point
 from cosim.masters.watch import Watch
 from cosim.slaves.slave import Slave
 from cosim.system.wiring import Wiring
@@ -59,8 +59,8 @@ class Algorithm(Protocol):
         ...
 
 
-class Control(Protocol):
-    """Decides how far an algorithm goes, and whether its step counts."""
+class Control(Part, Protocol):
+    """Decides how far an algorithm goes, and whether its step counts; what it has counted is a part of the run."""
 
     def until(self, point: Point, last: int, *, far: bool) -> int:
         """Return the communication point to go to from here, `last` at most: an event waits there, or the end.

@@ -1,8 +1,10 @@
 """The run at a communication point: explicit, copyable, saved and restored. A checkpoint is a saved point."""
 
 import io
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -13,6 +15,26 @@ from cosim.masters.types import Texts
 from cosim.slaves.slave import Slave
 
 
+class Part(Protocol):
+    """What remembers something from one communication point to the next that the vectors of a `Point` do not have.
+
+    A control of steps, what happens between steps (events, faults with their delay lines and noise), a count. A part
+    joins by these two methods and by its name in `Flight.parts`; another flight of the same system and experiment goes
+    on to the same bits once its parts have recalled what those of the first remembered at the point.
+    """
+
+    def memory(self) -> Any:
+        """Return it as plain data, as JSON has it: None, truths, numbers, texts, lists, mappings with texts as keys.
+
+        Floats keep their bits, NaN among them; whole numbers may be of any size, as a noise generator's state is.
+        """
+        ...
+
+    def recall(self, memory: Any) -> None:
+        """Remember what `memory` has returned of such a part in another flight."""
+        ...
+
+
 @dataclass(frozen=True)
 class Point:
     """Communication point `index` of a run.
@@ -21,7 +43,8 @@ class Point:
     returned last, ahead of it where a slow component has stepped already; `begun`, shape (2, n), the sources' values
     and slopes at the start of the period of every input, in the order of the layout's components, for components that
     step at its end. `texts` are the texts that the slots of Strings number. `memory`: what an algorithm has learned, in
-    its own words. `states`: the serialized FMU states by instance, where they were asked for.
+    its own words. `states`: the serialized FMU states by instance, and `parts` what the parts of the run remember, by
+    their names, where they were asked for.
     """
 
     index: int
@@ -31,6 +54,7 @@ class Point:
     texts: Texts
     memory: FloatArray = field(default_factory=lambda: np.zeros(0))
     states: Mapping[str, bytes] = field(default_factory=dict[str, bytes])
+    parts: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
     @classmethod
     def start(cls, layout: Layout) -> "Point":
@@ -44,7 +68,7 @@ class Point:
         """Return a point that shares nothing with this one."""
         texts = Texts(self.texts.all()[1:])
         values, newest, begun, memory = (a.copy() for a in (self.values, self.newest, self.begun, self.memory))
-        return Point(self.index, values, newest, begun, texts, memory, dict(self.states))
+        return Point(self.index, values, newest, begun, texts, memory, dict(self.states), dict(self.parts))
 
     def with_states(self, slaves: Mapping[str, Slave]) -> "Point":
         """Return the point with the states of the FMUs, which stand at it.
@@ -72,6 +96,15 @@ class Point:
             finally:
                 slaves[name].free_state(state)
 
+    def with_parts(self, parts: Mapping[str, Part]) -> "Point":
+        """Return the point with what the parts of the run remember at it."""
+        return replace(self, parts={name: part.memory() for name, part in parts.items()})
+
+    def recall(self, parts: Mapping[str, Part]) -> None:
+        """Let parts of the same names remember what those of the point did; raises `KeyError` for one that had none."""
+        for name, part in parts.items():
+            part.recall(self.parts[name])
+
     def to_bytes(self) -> bytes:
         """Return the point as bytes that `from_bytes` reads, an archive of NumPy arrays."""
         file = io.BytesIO()
@@ -89,6 +122,7 @@ class Point:
             instances=np.array(list(states), dtype=np.str_),
             states=_joined(tuple(states.values())),
             state_lengths=np.array([len(s) for s in states.values()], dtype=np.int64),
+            parts=_joined((json.dumps(self.parts).encode(),)),
         )
         return file.getvalue()
 
@@ -106,6 +140,7 @@ class Point:
                 Texts(texts[1:]),
                 file["memory"],
                 dict(zip(map(str, file["instances"]), states, strict=True)),
+                json.loads(file["parts"].tobytes()),
             )
 
 

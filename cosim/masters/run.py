@@ -1,15 +1,18 @@
 """The one loop of every run: control, algorithm, what happens between steps, rows, looks. It knows no algorithm."""
 
 from collections.abc import Generator
-from typing import Protocol
+from typing import Any, Protocol
 
 from cosim.masters.master import Algorithm, Control
-from cosim.masters.point import Point
+from cosim.masters.point import Part, Point
 from cosim.masters.watch import Clock, Watch
 
 
-class Interludes(Protocol):
-    """What happens to a run between two steps, each at a communication point (events.py)."""
+class Interludes(Part, Protocol):
+    """What happens to a run between two steps, each at a communication point (events.py).
+
+    It is a part of the run that remembers what has happened; faults remember what they are made of besides.
+    """
 
     def last(self, end: int) -> int:
         """Return the communication point that may be gone to: where the next one waits, else the end."""
@@ -39,6 +42,13 @@ class Nothing:
         """Return the point as it is."""
         return point
 
+    def memory(self) -> Any:
+        """Return nothing."""
+        return None
+
+    def recall(self, memory: Any) -> None:
+        """Remember nothing."""
+
 
 NOTHING = Nothing()
 
@@ -49,8 +59,9 @@ def run(
     """Run on from a point until its end, the flag or the wish to stop; raises `StepFailed`, `ValueRefused`.
 
     Rows go to the watch's block. The generator yields the point reached whenever the caller may look: the first row is
-    there, the block is full (the caller must empty it), about 0.1 s have passed, or the run ends. However it ends, the
-    row of the last communication point reached is in the block; where something happens it shows what then holds.
+    there, the block is full (the caller must empty it), about 0.1 s have passed, the watch's pause is reached, or the
+    run ends. However it ends, the row of the last communication point reached is in the block; where something happens
+    it shows what then holds. Between two steps the instances stand at the point.
     """
     if interludes.due(point):
         point = interludes.apply(point)
@@ -59,11 +70,14 @@ def run(
     try:
         yield point
         while not watch.ends(point):
-            if watch.block.full or clock.is_due:
+            if watch.block.full or clock.is_due or point.index >= watch.pause:
                 yield point
                 clock.looked()
             last = interludes.last(watch.schedule.steps)
-            outcome = algorithm.advance(point, control.until(point, last, far=algorithm.records))
+            until = control.until(point, last, far=algorithm.records)
+            if algorithm.records:  # it takes many steps; how long one is must not depend on who looks
+                until = min(until, max(watch.pause, point.index + 1))
+            outcome = algorithm.advance(point, until)
             watch.evaluations += outcome.evaluations
             counts = False
             try:

@@ -1,8 +1,10 @@
 """What is watched while a run goes on: the rows, the flag that ends it, the wish to stop, the clock."""
 
 import ctypes
+import sys
 import time
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -53,7 +55,8 @@ class Block:
 class Watch:
     """Rows and ends of one run. `evaluations`: how often its FMUs have stepped, of loops where steps are repeated.
 
-    `stop` is a flag in memory that a thread may set and the kernel reads: not 0, stop.
+    `stop` is a flag in memory that a thread may set and the kernel reads: not 0, stop. `pause`: the communication point
+    at which whoever flies the run gets a look at it, or the first one after that where steps are longer.
     """
 
     layout: Layout
@@ -62,6 +65,15 @@ class Watch:
     stop: ctypes.c_int = field(default_factory=ctypes.c_int)
     last_row: int = -1
     evaluations: int = 0
+    pause: int = sys.maxsize
+
+    def memory(self) -> Any:
+        """Return how often the FMUs have stepped; see `Part`."""
+        return self.evaluations
+
+    def recall(self, memory: Any) -> None:
+        """Count on from there."""
+        self.evaluations = memory
 
     def row(self, point: Point, *, whatever: bool = False) -> None:
         """Record a point if it is to be recorded, `whatever` the schedule says if asked so, and once only."""

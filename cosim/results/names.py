@@ -5,7 +5,10 @@ STREAM = "result.arrows"
 """The rows while a run goes on, readable whatever ends it."""
 
 INFO = "run.json"
-FILES = (*(f"result.{kind}" for kind in FORMATS), STREAM, INFO)
+CHECKPOINT = "checkpoint.bin"
+"""What a run goes on from (checkpoint.py)."""
+
+FILES = (*(f"result.{kind}" for kind in FORMATS), STREAM, CHECKPOINT, INFO)
 """What a result folder can hold."""
 
 PARTS = tuple(f".{name}" for name in FILES)

@@ -17,6 +17,7 @@ from cosim.errors import ResultUnwritable
 from cosim.masters.columns import Columns, ColumnType
 from cosim.masters.types import Texts
 from cosim.masters.watch import Block
+from cosim.results.continued import Continuation, reopened
 from cosim.results.names import STREAM
 from cosim.results.schema import ENUMERATION, schema
 
@@ -30,14 +31,22 @@ BLOCK_ROWS = 4096
 class Recorder:
     """Takes the rows of `block`, to `folder/result.arrows` or, without a folder, into memory; a context manager.
 
-    Raises `ResultUnwritable` where the disk takes no more; the rows that it took stay readable, and none follow.
+    `kept`: so many rows of an earlier flight in the folder stay, and others follow (None: it is a new one). Raises
+    `ResultUnwritable` where the disk takes no more; the rows that it took stay readable, and none follow.
     """
 
-    def __init__(self, folder: Path | None, columns: Columns, texts: Texts, most_rows: int = BLOCK_ROWS) -> None:
+    def __init__(
+        self,
+        folder: Path | None,
+        columns: Columns,
+        texts: Texts,
+        most_rows: int = BLOCK_ROWS,
+        kept: int | None = None,
+    ) -> None:
         width = 1 + len(columns.names)
         capacity = max(2, min(BLOCK_ROWS, most_rows, BLOCK_BYTES // (8 * width)))
         self.block = Block(capacity, len(columns.names))
-        self.rows = 0
+        self.rows, self._before = kept or 0, kept
         self._columns, self._texts = columns, texts
         self._schema = schema(columns)
         self._folder = folder
@@ -49,7 +58,7 @@ class Recorder:
     def __enter__(self) -> "Recorder":
         """Open the stream; raises `ResultUnwritable`."""
         if self._folder is not None:
-            self._stream = _Stream(self._folder / STREAM, self._schema)
+            self._stream = _Stream(self._folder / STREAM, self._schema, self._before)
         return self
 
     def __exit__(
@@ -88,6 +97,12 @@ class Recorder:
                 self._stream.check()
         self._flushed = time.perf_counter()
 
+    def settle(self) -> None:
+        """Write all complete rows, and have them on the disk whatever ends the machine."""
+        self.flush()
+        if self._stream is not None:
+            self._stream.settle()
+
     def table(self) -> pa.Table:
         """Return the rows that were kept in memory."""
         return pa.Table.from_batches(self._kept, schema=self._schema)
@@ -114,17 +129,27 @@ class Recorder:
 
 
 class _Stream:
-    """An Arrow stream in a file; every call may raise `ResultUnwritable`."""
+    """An Arrow stream in a file, new or behind the rows `kept` of one; every call may raise `ResultUnwritable`."""
 
-    def __init__(self, path: Path, schema: pa.Schema) -> None:
+    def __init__(self, path: Path, schema: pa.Schema, kept: int | None = None) -> None:
         self.path = path
-        self._file: FileIO = self._try(path.open, "w+b", buffering=0)
         self._missed = False
-        self._writer: Any = self._try(pa.ipc.new_stream, self._file, schema)
+        self._file: FileIO
+        self._writer: Any
+        if kept is None:
+            self._file = self._try(path.open, "w+b", buffering=0)
+            self._writer = self._try(pa.ipc.new_stream, self._file, schema)
+        else:
+            self._file = self._try(reopened, path, schema, kept)
+            self._writer = Continuation(self._file)
 
     def write(self, batch: pa.RecordBatch) -> None:
         """Add rows."""
         self._try(self._writer.write_batch, batch)
+
+    def settle(self) -> None:
+        """Have the disk take what the operating system has."""
+        self._try(os.fsync, self._file.fileno())
 
     def check(self) -> None:
         """Refuse to go on, once, where somebody has removed the file."""

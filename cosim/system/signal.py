@@ -115,9 +115,7 @@ class Signal:
             raise SignalError(
                 f"of {name}", f"its values are no numbers, or not as many at each time ({error})"
             ) from error
-        made = cls((time, values), unit=unit, interpolation=interpolation)
-        made._set(label=f"of {name}")
-        return made
+        return cls((time, values), unit=unit, interpolation=interpolation).named(f"of {name}")
 
     def named(self, label: str) -> "Signal":
         """Return the same samples as of a file of another name, for one that lies within an archive."""

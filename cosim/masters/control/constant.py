@@ -23,3 +23,10 @@ class Constant:
     def told(self) -> Mapping[str, Any]:
         """Return nothing: all is said by the experiment."""
         return {}
+
+    def memory(self) -> Any:
+        """Return nothing: no step depends on those before."""
+        return None
+
+    def recall(self, memory: Any) -> None:
+        """Remember nothing."""

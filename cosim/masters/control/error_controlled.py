@@ -114,6 +114,14 @@ class ErrorControlled:
         steps = {"accepted": self._accepted, "rejected": self._rejected, "smallest": smallest, "largest": largest}
         return {"steps": steps}
 
+    def memory(self) -> Any:
+        """Return what `told` tells of the steps; what the next one is judged by is in the point's memory (`Pace`)."""
+        return [self._accepted, self._rejected, self._taken, self._shorter]
+
+    def recall(self, memory: Any) -> None:
+        """Count on from there."""
+        self._accepted, self._rejected, self._taken, self._shorter = memory
+
     def _missed(self, outcome: Outcome) -> StepFailed:
         t = self.schedule.time(self._at)
         h = self.schedule.time(self._at + self._tried) - t
