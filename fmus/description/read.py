@@ -40,9 +40,12 @@ def parse_description(xml: bytes, path: Path) -> ModelDescription:
     from lxml import etree
 
     try:
-        root = etree.fromstring(xml)
+        root = etree.fromstring(xml, etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False))
     except (etree.XMLSyntaxError, ValueError, LookupError) as error:
         raise FmuError(path, f"its modelDescription.xml is damaged: {error}") from error
+    if root.getroottree().docinfo.internalDTD is not None:
+        problem = "it declares a document type (DOCTYPE): FMI has none, and entities are not read"
+        raise FmuError(path, f"its modelDescription.xml is damaged: {problem}")
     version = root.get("fmiVersion") or "none"
     if not re.fullmatch(r"1\.0|2\.0|3\.[0-9]+", version):
         raise FmuError(path, f"it is of FMI version {version}, needed is 1.0, 2.0 or 3.0")
