@@ -88,5 +88,7 @@ def exporter(about: ModelDescription) -> str:
     for word in (about.generationTool or "").split():
         if word[:1] in "-(" or word.lstrip("v")[:1].isdigit() or word in ("Version", "Compiler", "FMI", "(v"):
             break
-        words.append(word)
+        words.append(word.rstrip(":"))
+        if word.endswith(":"):
+            break
     return " ".join(words).rstrip("0123456789.") or "not named"
