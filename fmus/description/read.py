@@ -24,6 +24,11 @@ from fmus.description.units import EXPONENTS, BaseUnit, Conversion, Unit
 _FILE_NAME = re.compile(r"[^/\\:\x00-\x1f]+")
 """A modelIdentifier, which names a file: no folder, no drive. FMI wants an identifier of C, some tools write others."""
 
+_SAFELY: Any = {
+    **{"resolve_entities": False, "no_network": True, "load_dtd": False},
+    **{"remove_comments": True, "remove_pis": True},  # children of an element are elements
+}
+
 _ANNOTATIONS = re.compile(rb"<Annotations>.*?</Annotations>", re.DOTALL)
 
 
@@ -40,7 +45,7 @@ def parse_description(xml: bytes, path: Path) -> ModelDescription:
     from lxml import etree
 
     try:
-        root = etree.fromstring(xml, etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False))
+        root = etree.fromstring(xml, etree.XMLParser(**_SAFELY))
     except (etree.XMLSyntaxError, ValueError, LookupError) as error:
         raise FmuError(path, f"its modelDescription.xml is damaged: {error}") from error
     if root.getroottree().docinfo.internalDTD is not None:

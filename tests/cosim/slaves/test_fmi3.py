@@ -96,6 +96,14 @@ class TestDescription:
         with pytest.raises(FmuError, match=rf"damaged: ERROR \(line {line}, .*attribute 'order'"):
             parse_description(broken.encode(), "here")
 
+    def test_comments_are_no_variables_and_no_dimensions(self):
+        text = arrays_fmu.XML.format(token="t", whole="", outputs="")
+        noted = text.replace("<Float64", "<!-- a float --><Float64").replace("<Dimension", "<!-- a size --><Dimension")
+        plain, read = (
+            parse_description(t.encode(), "here") for t in (text, noted.replace("<Output", "<!-- --><Output"))
+        )
+        assert read == plain
+
     @pytest.mark.parametrize(
         ("old", "new", "words"),
         [
