@@ -88,7 +88,8 @@ def write_fmu(path: Path, *, foreign: bool) -> None:
     """Print the description of an FMU; of one that is `foreign` what its file says beyond, and whether it runs here."""
     fmu = read_description(path)
     date = f" on {fmu.generation_date}" if fmu.generation_date else ""
-    made = [f"{fmu.model_name}: {fmu.description}", f"made by {fmu.generation_tool}{date}, GUID {fmu.guid}"]
+    tool = fmu.generation_tool or "a tool that it does not name"
+    made = [": ".join(filter(None, (fmu.model_name, fmu.description))), f"made by {tool}{date}, GUID {fmu.guid}"]
     origin = {"author": fmu.author, "version": fmu.version, "license": fmu.license, "copyright": fmu.copyright}
     proposed = dataclasses.asdict(fmu.default_experiment).items()
     lines = [

@@ -98,8 +98,8 @@ class _Listener:
             for number, handler in ((signal.SIGINT, before), (signal.SIGTERM, ending)):
                 signal.signal(number, signal.SIG_DFL if handler is None else handler)  # None: one not of Python
             self._heard.set()  # whatever comes now is not for this run
+            self._stop, self._last_words, self._count = outer  # what has flown is not kept alive
             if nested:
-                self._stop, self._last_words, self._count = outer
                 self._heard.clear()
 
     def _note(self, _number: int, _frame: FrameType | None) -> None:

@@ -80,7 +80,8 @@ def _fixed(wiring: Wiring, values: Mapping[Port, Scalar], time: Fraction) -> Ite
         variable = wiring.variable(port)
         if variable.causality == "parameter" and variable.variability == "tunable":
             continue
-        kind = "an initial state" if variable.causality != "parameter" else f"a {variable.variability} parameter"
+        kinds = {"parameter": f"a {variable.variability} parameter", "structuralParameter": "a structural parameter"}
+        kind = kinds.get(variable.causality, "an initial state")
         tunable = [
             base
             for base, g in description.groups.items()

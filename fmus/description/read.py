@@ -24,6 +24,11 @@ from fmus.description.units import EXPONENTS, BaseUnit, Conversion, Unit
 _FILE_NAME = re.compile(r"[^/\\:\x00-\x1f]+")
 """A modelIdentifier, which names a file: no folder, no drive. FMI wants an identifier of C, some tools write others."""
 
+_SAFELY: Any = {
+    **{"resolve_entities": False, "no_network": True, "load_dtd": False},
+    **{"remove_comments": True, "remove_pis": True},  # children of an element are elements
+}
+
 _ANNOTATIONS = re.compile(rb"<Annotations>.*?</Annotations>", re.DOTALL)
 
 
@@ -40,9 +45,12 @@ def parse_description(xml: bytes, path: Path) -> ModelDescription:
     from lxml import etree
 
     try:
-        root = etree.fromstring(xml)
+        root = etree.fromstring(xml, etree.XMLParser(**_SAFELY))
     except (etree.XMLSyntaxError, ValueError, LookupError) as error:
         raise FmuError(path, f"its modelDescription.xml is damaged: {error}") from error
+    if root.getroottree().docinfo.internalDTD is not None:
+        problem = "it declares a document type (DOCTYPE): FMI has none, and entities are not read"
+        raise FmuError(path, f"its modelDescription.xml is damaged: {problem}")
     version = root.get("fmiVersion") or "none"
     if not re.fullmatch(r"1\.0|2\.0|3\.[0-9]+", version):
         raise FmuError(path, f"it is of FMI version {version}, needed is 1.0, 2.0 or 3.0")

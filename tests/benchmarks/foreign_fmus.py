@@ -136,7 +136,11 @@ def surveyed(path: Path, name: str, timeout: float) -> Line:
     def again(**changes: Any) -> Columns | None:
         return apart(timeout, by_fmpy, path, told, validate=validate, **changes).columns
 
-    return Line(*head, *cause(found, here.columns, again, told, kind))
+    def both(other: Setup) -> tuple[Columns | None, Columns | None]:
+        mine, theirs = apart(timeout, ours, path, other), apart(timeout, by_fmpy, path, other, validate=validate)
+        return mine.columns, theirs.columns
+
+    return Line(*head, *cause(found, here.columns, again, both, told, kind))
 
 
 def unique(folder: Path) -> Iterator[tuple[Path, str]]:

@@ -1,6 +1,7 @@
 """How two flights of one FMU differ, and what is the cause."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 from setup import Setup
@@ -9,6 +10,11 @@ from fmus.description.names import canonical
 
 Columns = Mapping[str, np.ndarray]
 Again = Callable[..., Columns | None]
+
+Both = Callable[[Setup], tuple[Columns | None, Columns | None]]
+
+CLOSE = 1e-9
+"""A tolerance at which two integrators have one solution."""
 
 SHORT = 5
 """How many names are listed."""
@@ -39,10 +45,13 @@ def difference(here: Columns, there: Columns, told: Setup) -> str:
     return "; ".join(said)
 
 
-def cause(found: str, here: Columns, again: Again, told: Setup, kind: str) -> tuple[str, str]:
-    """Return outcome and cause, by flights in fmpy that change one thing."""
+def cause(found: str, here: Columns, again: Again, both: Both, told: Setup, kind: str) -> tuple[str, str]:
+    """Return outcome and cause, by flights in fmpy that change one thing; of models, by one with a closer tolerance."""
     if kind == "ME":
-        return "differs", f"{found}: model exchange, two integrators"
+        closer = replace(told, tolerance=CLOSE)
+        one, other = both(closer)
+        left = "no flight" if one is None or other is None else difference(one, other, told) or "equal bits"
+        return "differs", f"{found}: two ways of an integrator; at a tolerance of {CLOSE:g}: {left}"
     exact = again(exact=True)
     if exact is not None and not difference(here, exact, told):
         return "differs", f"{found}: t + h, fmpy sums up its times; at the same times equal bits"

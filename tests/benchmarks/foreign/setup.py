@@ -14,6 +14,9 @@ from cosim.time import NANOSECONDS, exact_seconds
 STEPS = 1000
 """How many steps a flight has at most."""
 
+TOLERANCE = 1e-6
+"""Of integrators, where an FMU has none."""
+
 COLUMNS = 50
 """How many variables are recorded where an FMU has no outputs."""
 
@@ -52,7 +55,8 @@ def setup(path: Path) -> Setup:
     exact, begin = _exact(step), _exact(start)
     steps = max(1, math.floor((_exact(stop) - begin) / exact + Fraction(1, 1000)))
     times = tuple(float(begin + k * exact) for k in range(steps + 1))
-    tolerance = float(said.tolerance) if said and said.tolerance else None
+    usual = None if about.coSimulation is not None else TOLERANCE
+    tolerance = float(said.tolerance) if said and said.tolerance else usual
     return Setup(start, float(exact), times, tolerance, tuple(v.name for v in recorded(about)))
 
 
@@ -84,5 +88,7 @@ def exporter(about: ModelDescription) -> str:
     for word in (about.generationTool or "").split():
         if word[:1] in "-(" or word.lstrip("v")[:1].isdigit() or word in ("Version", "Compiler", "FMI", "(v"):
             break
-        words.append(word)
+        words.append(word.rstrip(":"))
+        if word.endswith(":"):
+            break
     return " ".join(words).rstrip("0123456789.") or "not named"

@@ -37,6 +37,14 @@ def test_a_model(adcs, folder):
     lines = adcs("show", "Ball.fmu").out.splitlines()
     assert "FMI 2.0, model exchange (integrated here by CVode)" in lines
     assert "proposed experiment: from 0 s, to 2 s, tolerance 1e-09" in lines
+    assert lines[:2] == ["Ball", "made by by hand, GUID {ball}"]
+
+
+def test_a_tool_that_is_not_named(adcs, folder):
+    tiny_fmu.changed(
+        ball_fmu.build(folder), folder / "b.fmu", xml=lambda text: text.replace('generationTool="by hand"', "")
+    )
+    assert "made by a tool that it does not name, GUID {ball}" in adcs("show", "b.fmu").out.splitlines()
 
 
 def test_what_keeps_it_from_running(adcs, folder):

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 from cosim import Connection, Experiment, System, prepare, simulate
 from cosim.errors import InitializationFailed, StepFailed
 from fmus import toolchain
-from fmus.description.read import read_description
+from fmus.description.read import parse_description, read_description
 
 from .. import c_fmu, tiny_fmu
 
@@ -89,6 +89,12 @@ def test_what_its_description_says(old):
     assert (d.feedthrough("y"), d.feedthrough("d")) == ((), ("u",))
     assert d.variables["k"].causality == "parameter"
     assert not d.declares("n")
+
+
+def test_comments_are_no_variables(old):
+    """Some tools number their variables in comments."""
+    text = XML.replace("<Scalar", "<!-- number n --><Scalar").replace("<Real", "<?pi?><!-- a real --><Real")
+    assert parse_description(text.encode(), old) == read_description(old)
 
 
 def test_it_flies_with_others_and_again(old):

@@ -11,6 +11,7 @@ from cosim import Connection, Experiment, System, simulate
 from cosim.errors import CallFailed, FmuError, InitializationFailed, StepFailed, WiringErrors
 from cosim.masters.iterated import Iterated
 from cosim.slaves.opening import open_fmu
+from cosim.system import At
 from fmus.description.read import parse_description, read_description
 
 from .. import arrays_fmu, c_fmu
@@ -94,6 +95,14 @@ class TestDescription:
         line = 1 + broken[: broken.index('<Float64 order="1"')].count("\n")
         with pytest.raises(FmuError, match=rf"damaged: ERROR \(line {line}, .*attribute 'order'"):
             parse_description(broken.encode(), "here")
+
+    def test_comments_are_no_variables_and_no_dimensions(self):
+        text = arrays_fmu.XML.format(token="t", whole="", outputs="")
+        noted = text.replace("<Float64", "<!-- a float --><Float64").replace("<Dimension", "<!-- a size --><Dimension")
+        plain, read = (
+            parse_description(t.encode(), "here") for t in (text, noted.replace("<Output", "<!-- --><Output"))
+        )
+        assert read == plain
 
     @pytest.mark.parametrize(
         ("old", "new", "words"),
@@ -222,6 +231,23 @@ class TestParameters:
         assert told == (
             "parameter a.size: u, G take their size from it, which is that of its start value 3: it cannot be 4 here"
         )
+
+    @pytest.mark.parametrize(
+        ("name", "value", "words"),
+        [
+            (
+                "size",
+                4,
+                "parameter a.size: u, G take their size from it, which is that of its start value 3: it cannot be",
+            ),
+            ("offset", 2, "a.offset is a structural parameter, which cannot change after the start. Tunable in a: G."),
+        ],
+    )
+    def test_what_is_structural_does_not_change_in_flight(self, arrays, name, value, words):
+        with pytest.raises(WiringErrors) as caught:
+            flown(arrays, replace(STEPS, events=[At(0.5, {f"a.{name}": value})]))
+        (told,) = caught.value.mistakes
+        assert str(told).startswith(f"event at 0.5 s: {words}")
 
     @pytest.mark.parametrize(
         ("name", "value", "words"),

@@ -8,8 +8,8 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from cosim import Experiment, System, simulate
-from cosim.errors import FmuError, InitializationFailed, StepFailed
+from cosim import Experiment, System, prepare, simulate
+from cosim.errors import FmuError, InitializationFailed, StepFailed, UnknownName
 from cosim.masters.explicit import Explicit
 from cosim.masters.kernel import library as kernels
 from fmus import places, toolchain
@@ -129,20 +129,33 @@ def test_names_and_references_that_cannot_be(tmp_path, old, new, words):
 
 class TestOncePerProcess:
     def counted(self):
-        """Folders of extracted FMUs of this process, and its mapped libraries."""
-        mapped = {line.split()[-1] for line in Path("/proc/self/maps").read_text().splitlines() if "I.so" in line}
+        """How many folders of extracted FMUs this process has, and mappings of its library."""
+        mapped = [line for line in Path("/proc/self/maps").read_text().splitlines() if "I.so" in line]
         return len(list(places.extracted().iterdir())), len(mapped)
 
-    def test_runs_one_after_the_other_share_a_copy(self, tmp_path):
+    @pytest.mark.parametrize("kernel", ["never", "always"])
+    def test_a_hundred_runs_share_one_copy(self, tmp_path, kernel):
         path = integrator(tmp_path, canBeInstantiatedOnlyOncePerProcess=True)
-        for _ in range(2):  # the last flight's instances may live until the next one's are made
-            fly(path)
-        gc.collect()
+        folders, mappings = self.counted()
+        fly(path, Explicit(kernel=kernel))
         first = self.counted()
-        results = [fly(path)["a.y"].tolist() for _ in range(10)]
-        gc.collect()
-        assert results == [[0.0, 0.5, 1.0, 1.5, 2.0]] * 10
+        assert first[0] == folders + 1 and first[1] > mappings
+        for _ in range(99):
+            assert fly(path, Explicit(kernel=kernel))["a.y"].tolist() == [0.0, 0.5, 1.0, 1.5, 2.0]
         assert self.counted() == first
+
+    def test_a_prepared_system_that_failed_and_one_that_is_given_up(self, tmp_path):
+        path = integrator(tmp_path, canBeInstantiatedOnlyOncePerProcess=True)
+        system = System(name="s", components={"a": str(path)}, hold_unconnected=True)
+        folders = self.counted()[0]
+        for _ in range(5):
+            with prepare(system) as prepared, pytest.raises(UnknownName):
+                prepared.fly(Experiment(stop_time=1.0, communication_step_size=0.25, record="a.none"))
+        gc.collect()  # an exception and its frames know each other
+        with prepare(system) as prepared:
+            for _ in range(3):
+                prepared.fly(Experiment(stop_time=1.0, communication_step_size=0.25))
+        assert self.counted()[0] <= folders + 2
 
     def test_two_at_once_have_two(self, tmp_path):
         path = integrator(tmp_path, canBeInstantiatedOnlyOncePerProcess=True)

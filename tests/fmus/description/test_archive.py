@@ -128,6 +128,29 @@ def test_a_model_identifier_that_is_no_identifier_of_c(tmp_path, identifier):
     assert read_description(packed(tmp_path, xml("u", identifier=identifier))).model_identifier == identifier
 
 
+@pytest.mark.parametrize("place", ["text", "attribute", "nowhere"])
+def test_an_external_entity(tmp_path, place):
+    secret = tmp_path / "secret"
+    secret.write_text("the secret")
+    text = xml("u").replace("<fmiM", f'<!DOCTYPE x [<!ENTITY x SYSTEM "{secret.as_uri()}">]><fmiM', 1)
+    if place != "nowhere":
+        new = {"text": "&x;<ModelVariables>", "attribute": '<ModelVariables id="&x;">'}[place]
+        text = text.replace("<ModelVariables>", new)
+    problem = refused(packed(tmp_path, text))
+    assert "the secret" not in problem
+    assert (
+        "it declares a document type (DOCTYPE): FMI has none" in problem
+        or "Entity 'x'" in problem
+        or "entity" in problem
+    )
+
+
+def test_entities_that_multiply(tmp_path):
+    laughs = '<!ENTITY a0 "ha">' + "".join(f'<!ENTITY a{n} "{f"&a{n - 1};" * 10}">' for n in range(1, 12))
+    text = xml("u").replace("<fmiM", f"<!DOCTYPE x [{laughs}]><fmiM", 1).replace('modelName="', 'modelName="&a11;')
+    assert "its modelDescription.xml is damaged" in refused(packed(tmp_path, text))
+
+
 @pytest.mark.parametrize(("a", "b"), [("x[1,2]", "x[1, 2]"), ("x[1]", "x[ 1 ]"), ("x[1]", "x[01]")])
 def test_two_names_that_are_one(tmp_path, a, b):
     assert f"two variables have one name, {a!r} and {b!r}" in refused(packed(tmp_path, xml(a, b)))
