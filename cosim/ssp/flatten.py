@@ -83,6 +83,10 @@ class _Flattening:
                 self.flat.mistakes.append(f"the connector {name} {both}")
         if connector.type and connector.type != TYPES.get(first.type, first.type):
             self.flat.mistakes.append(f"the connector {name} is {connector.type}, but its variable {first.type}")
+        if connector.shape and not _fits(connector.shape, found.shape):
+            sizes = " x ".join("?" if n is None else str(n) for n in connector.shape)
+            both = f"{sizes} elements, but its variable {' x '.join(map(str, found.shape)) or '1'}"
+            self.flat.mistakes.append(f"the connector {name} has {both}")
         units = connector.unit, first.unit
         defined = self.wires.units((path, connector.name))
         if None not in units and conversion(*units, defined, fmu.units) != IDENTITY:
@@ -106,10 +110,11 @@ class _Flattening:
     def _connection(self, source: Address, target: Address, how: Conversion) -> Connection:
         """Return a connection, with factor and offset where they are not what the units of its ends say."""
         ends = [self.descriptions[a[0]] for a in (source, target)]
-        first = [
-            fmu.variables[fmu.find(a[1], "variable", "").elements[0]]
-            for fmu, a in zip(ends, (source, target), strict=True)
-        ]
+        found = [fmu.find(a[1], "variable", "") for fmu, a in zip(ends, (source, target), strict=True)]
+        if len(found[0].elements) != len(found[1].elements):
+            sizes = " elements with ".join(str(len(group.elements)) for group in found)
+            self.flat.mistakes.append(f"the connection {written(source)} -> {written(target)} joins {sizes}")
+        first = [fmu.variables[group.elements[0]] for fmu, group in zip(ends, found, strict=True)]
         names = [f"{self.names[a[0]]}.{a[1]}" for a in (source, target)]
         usual = conversion(first[0].unit, first[1].unit, ends[0].units, ends[1].units)
         if how == usual:
@@ -210,6 +215,10 @@ def _leaves(path: Path, node: Node) -> Iterator[tuple[Path, Component]]:
             yield from _leaves((*path, name), element)
         else:
             yield (*path, name), element
+
+
+def _fits(said: tuple[int | None, ...], shape: tuple[int, ...]) -> bool:
+    return len(said) == len(shape) and all(n in (None, size) for n, size in zip(said, shape, strict=True))
 
 
 def _changed(value: Any, how: Conversion) -> Any:

@@ -43,12 +43,16 @@ class Transformation:
 
 @dataclass(frozen=True)
 class Connector:
-    """A connector; `type` of FMI 2.0, "" where it says none; `unit` None likewise."""
+    """A connector; `type` of FMI 2.0, "" where it says none; `unit` None likewise.
+
+    `shape`: sizes of its dimensions, None each that it does not say itself; () for a scalar.
+    """
 
     name: str
     kind: str
     type: str = ""
     unit: str | None = None
+    shape: tuple[int | None, ...] = ()
 
 
 @dataclass(frozen=True)

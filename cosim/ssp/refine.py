@@ -89,7 +89,8 @@ def _with_changed_values(system: System, flat: Flat) -> System:
         start = flat.descriptions[port.component].variables[port.variable].start
         if start is not None:
             true[port] = start
-    changed = {port: v for port, v in true.items() if port not in told or told[port] != comparable(port, v, flat)}
+    usual = {port: flat.descriptions[port.component].variables[port.variable].start for port in true}
+    changed = {port: v for port, v in true.items() if told.get(port, usual[port]) != comparable(port, v, flat)}
     inputs = {port: v for port, v in changed.items() if _is_input(port, flat)}
     others = {str(port): v for port, v in changed.items() if port not in inputs}
     held = {str(port): v for port, v in inputs.items() if not (system.hold_unconnected and port not in told)}

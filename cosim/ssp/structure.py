@@ -145,7 +145,9 @@ class _Reader:
         if kind == "inout":
             raise self._refuse(f"the connector {owner}.{name} is of kind inout, as of signal dictionaries")
         found = next((tag for tag in tags if tag in TYPES), "")
-        return Connector(name, kind, TYPES.get(found, ""), tags[found].get("unit") if found else None)
+        sizes = [d.get("size") for d in connector.iterfind(f"{{{SSC}}}Dimension")]
+        shape = tuple(None if size is None else int(size) for size in sizes)
+        return Connector(name, kind, TYPES.get(found, ""), tags[found].get("unit") if found else None, shape)
 
     def edge(self, element: Element) -> Edge:
         ends = [(element.get(f"{e}Element", ""), element.get(f"{e}Connector", "")) for e in ("start", "end")]

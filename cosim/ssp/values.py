@@ -1,5 +1,6 @@
 """Parameter sets (.ssv) and mappings (.ssm), in files of their own or inline, as the values that a binding gives."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -88,6 +89,10 @@ def _parameter(parameter: Element, units: Mapping[str, Unit], prefix: str, file:
     if any(d.get("sizeConnector") for d in dimensions):
         raise SspError(file, [f"the size of the parameter {name!r} is that of a connector, which is not read"])
     items = [_scalar(TYPES[kind], text) for text in _texts(value, TYPES[kind])]
+    sizes = [d.get("size") for d in dimensions]
+    if sizes and None not in sizes and len(items) != math.prod(int(n or 0) for n in sizes):
+        both = f"{len(items)} values, its dimensions say {' x '.join(map(str, sizes))}"
+        raise SspError(file, [f"the parameter {name!r} has {both}"])
     given = items if dimensions else items[0] if len(items) == 1 else None
     if given is None:
         raise SspError(file, [f"the parameter {name!r} has {len(items)} values but no Dimension"])

@@ -15,21 +15,21 @@ from typing import Any
 
 from cosim.ssp import signals
 from cosim.ssp.archive import epoch, file_name, names_of, write_archive
+from cosim.ssp.arrays import Whole, Wire, filled, unwritable, wholes, wires
+from cosim.ssp.definitions import CONNECTORS, common_units, define_enumerations, define_units, enumerations_of
 from cosim.ssp.errors import SspError
 from cosim.ssp.own import NAMESPACE, TYPE, encode
 from cosim.ssp.package import STRUCTURE
 from cosim.ssp.xml import SSC, SSD, SSV, Element, check
 from cosim.system import Experiment, System
-from cosim.system.wiring import Link, Port, Wiring
+from cosim.system.wiring import Port, Wiring
 from cosim.time import exact_seconds
 from fmus.description.description import ModelDescription, Scalar, ScalarVariable
-from fmus.description.units import EXPONENTS, IDENTITY, Unit, conversion
+from fmus.description.units import IDENTITY, Unit, conversion
 
 VERSIONS = ("1.0", "2.0")
 PARAMETER_SET = "initialValues"
 """The name of the parameter set of each component: some tools ask for it."""
-
-CONNECTORS = ("input", "output")
 
 
 def write(
@@ -60,6 +60,8 @@ def write(
     fmus = {**fmus, **tabled}
     if version not in VERSIONS:
         raise SspError(str(path), [f"there is no SSP {version} to write. Versions: {', '.join(VERSIONS)}"])
+    if problems := unwritable(wiring, version):
+        raise SspError(str(path), problems)
     sources = names_of(fmus)
     values = {**wiring.settings, **(starts or {}), **wiring.held}
     own = {name: {p.variable: v for p, v in values.items() if p.component == name} for name in wiring.components}
@@ -109,26 +111,29 @@ def _structure(
     about = {"version": version, "name": system.name, **generated(tool)}
     root = etree.Element(f"{{{SSD}}}SystemStructureDescription", about, nsmap=names)
     top = etree.SubElement(root, f"{{{SSD}}}System", name=file_name(system.name))
-    units = _common_units(wiring)
-    enumerations = _enumerations(wiring)
+    units = common_units(wiring)
+    enumerations = enumerations_of(wiring)
     elements = etree.SubElement(top, f"{{{SSD}}}Elements")
     for name, fmu in wiring.descriptions.items():
         component = etree.SubElement(elements, f"{{{SSD}}}Component", name=name, source=sources[name])
         component.set("type", "application/x-fmu-sharedlibrary")
-        connectors = [v for v in fmu.variables.values() if v.causality in CONNECTORS]
+        connectors = [v.name for v in fmu.variables.values() if v.causality in CONNECTORS]
         if connectors:
             parent = etree.SubElement(component, f"{{{SSD}}}Connectors")
-            for variable in connectors:
-                _connector(parent, variable, fmu, units, enumerations)
+            for whole in dict.fromkeys(wholes(fmu, connectors).values()):
+                _connector(parent, whole, fmu, units, enumerations, version)
         if name in sets:
             bindings = etree.SubElement(component, f"{{{SSD}}}ParameterBindings")
             etree.SubElement(bindings, f"{{{SSD}}}ParameterBinding", source=sets[name])
     if wiring.links:
         connections = etree.SubElement(top, f"{{{SSD}}}Connections")
-        for link in wiring.links:
-            _connection(connections, link, wiring)
-    _define_enumerations(root, enumerations)
-    _define_units(root, units, SSD)
+        mistakes: list[str] = []
+        for wire in wires(wiring, mistakes):
+            _connection(connections, wire, wiring)
+        if mistakes:
+            raise SspError(system.name, mistakes)
+    define_enumerations(root, enumerations)
+    define_units(root, units)
     times = {"startTime": experiment.start_time, "stopTime": experiment.stop_time}
     seconds = {name: repr(float(exact_seconds(value, name))) for name, value in times.items()}
     etree.SubElement(root, f"{{{SSD}}}DefaultExperiment", seconds)
@@ -150,31 +155,53 @@ def _annotate(root: Element, system: System, experiment: Experiment, told: Mappi
 
 def _connector(
     parent: Element,
+    whole: Whole,
+    fmu: ModelDescription,
+    units: Mapping[str, Unit],
+    enumerations: Mapping[tuple[tuple[str, int], ...], str],
+    version: str,
+) -> None:
+    from lxml import etree
+
+    variable = whole.first
+    element = etree.SubElement(parent, f"{{{SSD}}}Connector", name=whole.name, kind=variable.causality)
+    if variable.type != "Enumeration" or variable.items:  # else the type is that of the FMU's variable
+        _type(element, variable, fmu, units, enumerations, version)
+    for size in whole.shape:
+        etree.SubElement(element, f"{{{SSC}}}Dimension", size=str(size))
+
+
+def _type(
+    parent: Element,
     variable: ScalarVariable,
     fmu: ModelDescription,
     units: Mapping[str, Unit],
     enumerations: Mapping[tuple[tuple[str, int], ...], str],
+    version: str,
 ) -> None:
     from lxml import etree
 
-    element = etree.SubElement(parent, f"{{{SSD}}}Connector", name=variable.name, kind=variable.causality)
-    if variable.type == "Enumeration" and not variable.items:
-        return  # the type is that of the FMU's variable then
-    kind = etree.SubElement(element, f"{{{SSC}}}{variable.type}")
+    kind = etree.SubElement(parent, f"{{{SSC}}}{_kind(variable, version)}")
     if variable.type == "Enumeration":
         kind.set("name", enumerations[tuple((variable.items or {}).items())])
     if variable.unit is not None and units.get(variable.unit) == fmu.units.get(variable.unit) is not None:
         kind.set("unit", variable.unit)
 
 
-def _connection(parent: Element, link: Link, wiring: Wiring) -> None:
+def _kind(variable: ScalarVariable, version: str) -> str:
+    """Return a type by the name that it has in a version of SSP: 2.0 has those of FMI 3.0 too."""
+    return variable.type if variable.element is None or version.startswith("1") else variable.element.type
+
+
+def _connection(parent: Element, wire: Wire, wiring: Wiring) -> None:
     from lxml import etree
 
+    link = wire.link
     ends = {
         "startElement": link.source.component,
-        "startConnector": link.source.variable,
+        "startConnector": wire.source,
         "endElement": link.target.component,
-        "endConnector": link.target.variable,
+        "endConnector": wire.target,
     }
     element = etree.SubElement(parent, f"{{{SSD}}}Connection", ends)
     units = [wiring.variable(port).unit for port in (link.source, link.target)]
@@ -183,57 +210,6 @@ def _connection(parent: Element, link: Link, wiring: Wiring) -> None:
         element.set("suppressUnitConversion", "true")
         numbers = {"factor": repr(link.conversion.factor), "offset": repr(link.conversion.offset)}
         etree.SubElement(element, f"{{{SSC}}}LinearTransformation", numbers)
-
-
-def _common_units(wiring: Wiring) -> dict[str, Unit]:
-    """Return the units with a dimension that all FMUs define alike; of others a connector does not speak.
-
-    SSP knows only whole exponents: kg(1/2).m has none, and is the unit of the FMU's variable.
-    """
-    found: dict[str, Unit | None] = {}
-    for fmu in wiring.descriptions.values():
-        used = {v.unit for v in fmu.variables.values() if v.unit is not None}
-        for name in sorted(used & fmu.units.keys()):
-            unit = fmu.units[name]
-            base = found.setdefault(name, unit)
-            if unit.base is None or base is None or base.base != unit.base:
-                found[name] = None
-    return {name: unit for name, unit in found.items() if unit is not None}
-
-
-def _define_units(root: Element, units: Mapping[str, Unit], namespace: str) -> None:
-    from lxml import etree
-
-    if not units:
-        return
-    parent = etree.SubElement(root, f"{{{namespace}}}Units")
-    for name, unit in sorted(units.items()):
-        assert unit.base is not None
-        exponents = {e: str(n) for e, n in zip(EXPONENTS, unit.base.exponents, strict=True) if n}
-        to_si = {"factor": unit.base.to_si.factor, "offset": unit.base.to_si.offset}
-        said = {n: repr(v) for n, v in to_si.items() if v != (1.0 if n == "factor" else 0.0)}
-        element = etree.SubElement(parent, f"{{{SSC}}}Unit", name=name)
-        etree.SubElement(element, f"{{{SSC}}}BaseUnit", {**exponents, **said})
-
-
-def _enumerations(wiring: Wiring) -> dict[tuple[tuple[str, int], ...], str]:
-    sets = [
-        v.items for fmu in wiring.descriptions.values() for v in fmu.variables.values() if v.causality in CONNECTORS
-    ]
-    different = dict.fromkeys(tuple(items.items()) for items in sets if items)
-    return {items: f"Enumeration{n}" for n, items in enumerate(different, 1)}
-
-
-def _define_enumerations(root: Element, enumerations: Mapping[tuple[tuple[str, int], ...], str]) -> None:
-    from lxml import etree
-
-    if not enumerations:
-        return
-    parent = etree.SubElement(root, f"{{{SSD}}}Enumerations")
-    for items, name in enumerations.items():
-        element = etree.SubElement(parent, f"{{{SSC}}}Enumeration", name=name)
-        for literal, value in items:
-            etree.SubElement(element, f"{{{SSC}}}Item", name=literal, value=str(value))
 
 
 # ---- values ------------------------------------------------------------------------------------------------------
@@ -246,10 +222,18 @@ def _parameter_set(values: Mapping[str, Scalar], fmu: ModelDescription, version:
     about = {"version": version, "name": PARAMETER_SET, **generated(tool)}
     root = etree.Element(f"{{{SSV}}}ParameterSet", about, nsmap={"ssv": SSV, "ssc": SSC})
     parent = etree.SubElement(root, f"{{{SSV}}}Parameters")
-    for name, value in values.items():
-        variable = fmu.variables[name]
-        parameter = etree.SubElement(parent, f"{{{SSV}}}Parameter", name=name)
-        etree.SubElement(parameter, f"{{{SSV}}}{variable.type}", value=_text(variable, value))
+    for whole, given in filled(values, fmu).items():
+        parameter = etree.SubElement(parent, f"{{{SSV}}}Parameter", name=whole.name)
+        kind = f"{{{SSV}}}{_kind(whole.first, version)}"
+        texts = [_text(whole.first, value) for value in given]
+        if whole.shape and whole.first.type in ("String", "Enumeration"):
+            element = etree.SubElement(parameter, kind)
+            for text in texts:
+                etree.SubElement(element, f"{{{SSV}}}Value", value=text)
+        else:
+            etree.SubElement(parameter, kind, value=" ".join(texts))
+        for size in whole.shape:
+            etree.SubElement(parameter, f"{{{SSC}}}Dimension", size=str(size))
     return root
 
 
