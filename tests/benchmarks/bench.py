@@ -67,6 +67,12 @@ def limits(title: str, rows: Sequence[tuple[str, float, str, float | None]]) -> 
     table(lines)
 
 
+def verdict(what: str, figure: float, sense: str, limit: float) -> tuple[str, str, str, str]:
+    """Return the row of a figure that is to be at most, <=, or at least, >=, its limit."""
+    kept = figure <= limit if sense == "<=" else figure >= limit
+    return what, f"{figure:.3g}", f"{sense} {limit:g}", "kept" if kept else "MISSED"
+
+
 def table(rows: Sequence[Sequence[str]]) -> None:
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     for first, *rest in rows:

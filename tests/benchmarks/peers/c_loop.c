@@ -29,11 +29,13 @@ static int get_all(const Unit *units, int count, double *values)
     return status;
 }
 
-EXPORT int fly(const Unit *units, int count, long steps, double h, int width, double *values, double *inputs, double *rows)
+/* The steps from `first` to before `end`. */
+EXPORT int fly(const Unit *units, int count, long first, long end, double h, int width, double *values, double *inputs,
+               double *rows)
 {
     long k, j;
     int i, status = get_all(units, count, values);
-    for (k = 0; k < steps; k++) {
+    for (k = first; k < end; k++) {
         const double t = (double)k * h;
         for (i = 0; i < count; i++) {
             const Unit *u = &units[i];

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from hand import initialized
-from loop import Loop, report
+from loop import Clock, Loop, report
 
 from fmus.toolchain import compile_library
 
@@ -43,8 +43,12 @@ with tempfile.TemporaryDirectory() as place:
     source = Path(__file__).with_suffix(".c")
     compile_library(source.parent, source.name, Path(place) / "loop.so")
     fly = ctypes.CDLL(f"{place}/loop.so").fly
-arguments = [described, len(units), ctypes.c_long(loop.steps), ctypes.c_double(loop.step), len(ports)]
 vectors = [ctypes.c_void_p(a.ctypes.data if a is not None else None) for a in (values, inputs, rows)]
-with loop.clock() as clock:
-    assert fly(*arguments, *vectors) == 0
-report(clock, loop, [values[ports.index(port)] for port in loop.shown])
+clock, shown = Clock(), []
+for first in range(0, loop.steps, loop.chunk):
+    steps = ctypes.c_long(first), ctypes.c_long(first + loop.chunk)
+    with clock.running():
+        status = fly(described, len(units), *steps, ctypes.c_double(loop.step), len(ports), *vectors)
+    assert status == 0, status
+    shown.append([values[ports.index(port)] for port in loop.shown])
+report(loop, clock.seconds, shown)

@@ -5,7 +5,7 @@ import tempfile
 from pathlib import Path
 
 from cofmupy import Coordinator
-from loop import Loop, report
+from loop import Clock, Loop, report
 
 loop, record = Loop.told()
 
@@ -29,8 +29,10 @@ with tempfile.TemporaryDirectory() as place:
     described.write_text(json.dumps(system))
     coordinator = Coordinator()
     coordinator.start(str(described))
-    with loop.clock() as clock:
-        for _ in range(loop.steps):
-            coordinator.do_step(loop.step, save_data=bool(record))
-    end = [float(coordinator.get_variable(shown)[0]) for shown in loop.shown]
-report(clock, loop, end)
+    clock, rows = Clock(), []
+    for _ in range(loop.samples):
+        with clock.running():
+            for _ in range(loop.chunk):
+                coordinator.do_step(loop.step, save_data=bool(record))
+        rows.append([float(coordinator.get_variable(shown)[0]) for shown in loop.shown])
+report(loop, clock.seconds, rows)

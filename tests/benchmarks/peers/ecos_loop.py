@@ -4,7 +4,7 @@ import tempfile
 from pathlib import Path
 
 from ecospy import EcosSimulation, EcosSimulationStructure
-from loop import Loop, report
+from loop import Clock, Loop, report
 
 loop, record = Loop.told()
 with EcosSimulationStructure() as structure, tempfile.TemporaryDirectory() as place:
@@ -16,8 +16,10 @@ with EcosSimulationStructure() as structure, tempfile.TemporaryDirectory() as pl
         if record:
             simulation.add_csv_writer(str(Path(place) / "rows.csv"))
         simulation.init()
-        with loop.clock() as clock:
-            simulation.step(loop.steps)
-        end = [simulation.get_real(f"{instance}::{variable}") for instance, variable in loop.shown]
+        clock, rows = Clock(), []
+        for _ in range(loop.samples):
+            with clock.running():
+                simulation.step(loop.chunk)
+            rows.append([simulation.get_real(f"{instance}::{variable}") for instance, variable in loop.shown])
         simulation.terminate()
-report(clock, loop, end)
+report(loop, clock.seconds, rows)

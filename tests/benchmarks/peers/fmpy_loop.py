@@ -7,7 +7,7 @@ import ctypes
 
 import numpy as np
 from hand import initialized
-from loop import Loop, report
+from loop import Clock, Loop, report
 
 loop, record = Loop.told()
 units, ports = initialized(loop)
@@ -38,20 +38,22 @@ for unit in units:
 for get_real, *arguments in gets:
     get_real(*arguments)
 rows = np.empty((loop.steps, len(ports) + 1)) if record else None
-h = loop.step
-with loop.clock() as clock:
-    for k in range(loop.steps):
-        t, status = k * h, 0
-        for set_real, component, own, count, address, buffer, sources in sets:
-            values.take(sources, out=buffer)
-            status |= set_real(component, own, count, address)
-        for step, component in steps:
-            status |= step(component, t, h, 1)
-        for get_real, component, own, count, address in gets:
-            status |= get_real(component, own, count, address)
-        if rows is not None:
-            rows[k, 0] = t + h
-            rows[k, 1:] = values
-        if status > 1:
-            raise RuntimeError(f"an FMU fails at step {k}")
-report(clock, loop, [values[ports.index(port)] for port in loop.shown])
+h, clock, shown = loop.step, Clock(), []
+for first in range(0, loop.steps, loop.chunk):
+    with clock.running():
+        for k in range(first, first + loop.chunk):
+            t, status = k * h, 0
+            for set_real, component, own, count, address, buffer, sources in sets:
+                values.take(sources, out=buffer)
+                status |= set_real(component, own, count, address)
+            for step, component in steps:
+                status |= step(component, t, h, 1)
+            for get_real, component, own, count, address in gets:
+                status |= get_real(component, own, count, address)
+            if rows is not None:
+                rows[k, 0] = t + h
+                rows[k, 1:] = values
+            if status > 1:
+                raise RuntimeError(f"an FMU fails at step {k}")
+    shown.append([values[ports.index(port)] for port in loop.shown])
+report(loop, clock.seconds, shown)

@@ -7,7 +7,7 @@ from libcosimpy.CosimExecution import CosimExecution
 from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
 from libcosimpy.CosimObserver import CosimObserver
 from libcosimpy.CosimSlave import CosimLocalSlave
-from loop import Loop, report
+from loop import Clock, Loop, report
 
 loop, record = Loop.told()
 log_output_level(CosimLogLevel.ERROR)
@@ -20,12 +20,16 @@ for name, path in loop.fmus.items():
 for (source, output), (target, variable) in loop.wires:
     ends = index[source], references[source][output], index[target], references[target][variable]
     simulation.connect_real_variables(*ends)
+last, clock, rows = CosimObserver.create_last_value(), Clock(), []
+if loop.samples > 1:  # there is no other way to read a value: it is part of the cost
+    simulation.add_observer(last)
 with tempfile.TemporaryDirectory() as place:
     if record:
         simulation.add_observer(CosimObserver.create_to_dir(place))
-    with loop.clock() as clock:
-        assert simulation.step(loop.steps)
-    last = CosimObserver.create_last_value()
-    simulation.add_observer(last)
-    end = [last.last_real_values(index[i], [references[i][v]])[0] for i, v in loop.shown]
-report(clock, loop, end)
+    for _ in range(loop.samples):
+        with clock.running():
+            assert simulation.step(loop.chunk)
+        if loop.samples == 1:
+            simulation.add_observer(last)
+        rows.append([last.last_real_values(index[i], [references[i][v]])[0] for i, v in loop.shown])
+report(loop, clock.seconds, rows)

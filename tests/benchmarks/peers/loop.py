@@ -1,4 +1,7 @@
-"""What the runners share: a loop of FMUs as data, a clock of CPU time, and one line of figures."""
+"""What the runners share: a loop of FMUs as data, a clock of CPU time, and one line of figures.
+
+A runner is told RUNNER.py LOOP.json record; record 1: every step is recorded, as the tool does it.
+"""
 
 import json
 import sys
@@ -13,7 +16,10 @@ Port = tuple[str, str]
 
 @dataclass(frozen=True)
 class Loop:
-    """Instances and FMUs, wires from outputs to inputs, steps of `step` s; `shown`: what is compared at the end."""
+    """Instances and FMUs, wires from outputs to inputs, steps of `step` s.
+
+    `shown`: what is compared, `samples` times at equal distances, last at the end; `samples` divides `steps`.
+    """
 
     name: str
     fmus: dict[str, str]
@@ -21,6 +27,7 @@ class Loop:
     shown: list[Port]
     step: float
     steps: int
+    samples: int = 1
 
     def write(self, path: Path) -> None:
         path.write_text(json.dumps(asdict(self)))
@@ -33,15 +40,27 @@ class Loop:
         shown = [tuple(port) for port in told.pop("shown")]
         return cls(wires=wires, shown=shown, **told), sys.argv[2] == "1"
 
+    @property
+    def chunk(self) -> int:
+        """The steps from one sample to the next."""
+        return self.steps // self.samples
+
+
+class Clock:
+    """CPU seconds of the blocks that it was put around, of all threads."""
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+
     @contextmanager
-    def clock(self) -> Iterator[list[float]]:
-        """Give a list that has the CPU seconds of the block, of all threads, when it ends."""
-        taken: list[float] = []
+    def running(self) -> Iterator[None]:
         began = time.process_time()
-        yield taken
-        taken.append(time.process_time() - began)
+        yield
+        self.seconds += time.process_time() - began
 
 
-def report(clock: list[float], loop: Loop, end: Sequence[float]) -> None:
-    """Print microseconds a step and the values at the end, as the last line."""
-    print(json.dumps({"us": clock[0] / loop.steps * 1e6, "end": list(map(float, end))}))
+def report(loop: Loop, seconds: float, rows: Sequence[Sequence[float]]) -> None:
+    """Print the CPU seconds of all steps and what was shown, a row a sample, as the last line."""
+    print(
+        json.dumps({"seconds": seconds, "us": seconds / loop.steps * 1e6, "rows": [list(map(float, r)) for r in rows]})
+    )
