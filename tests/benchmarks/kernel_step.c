@@ -1,9 +1,10 @@
-/* Plant and controller, Jacobi, by hand: what a C programmer writes for these two FMUs and this wiring.
+/* Plants and controllers in pairs by hand: what a C programmer writes for these FMUs and this wiring.
  *
- * loop_same makes the calls that the kernel makes, in the same order: at every communication point the controller, whose
- * output answers its inputs, is evaluated with what the plant shows there. loop_lean leaves out what this wiring does not
- * need: the controller's inputs are set once a point, its output is read once. Both give the same numbers: time is
- * counted, `rate` steps a second. */
+ * loop_same makes the calls that the Python loop makes, in the same order: at every communication point the controller,
+ * whose output answers its inputs, is evaluated with what the plant shows there. loop_lean leaves out what this wiring
+ * does not need: the controller's inputs are set once a point, its output is read once. Both give the same numbers: time
+ * is counted, `rate` steps a second. loop_slopes is the exchange with slopes: the plant's input follows its slope from
+ * the communication point, the controller's inputs a cubic through values and slopes at both ends. */
 #include <stddef.h>
 
 #if defined(_WIN32)
@@ -17,38 +18,93 @@ typedef struct {
     int (*set)(void *, const unsigned *, size_t, const double *);
     int (*get)(void *, const unsigned *, size_t, double *);
     int (*step)(void *, double, double, int);
+    int (*set_slopes)(void *, const unsigned *, size_t, const int *, const double *);
+    int (*get_slopes)(void *, const unsigned *, size_t, const int *, double *);
     unsigned in[2], out[2];
 } Fmu;
 
-EXPORT int loop_same(const Fmu *plant, const Fmu *pd, long steps, double rate, double *y, double *u)
+typedef struct {
+    Fmu plant, pd;
+    double y[2], u, dy[2], du; /* outputs and their slopes at the communication point */
+    double next[2];
+} Pair;
+
+EXPORT int loop_same(Pair *pairs, int n, long steps, double rate)
 {
     long k;
+    int i;
     for (k = 0; k < steps; k++) {
-        double t = (double)k / rate, h = (double)(k + 1) / rate - t, y_next[2], u_next;
-        if (plant->set(plant->instance, plant->in, 1, u) > 1) return 1;
-        if (plant->step(plant->instance, t, h, 1) > 1) return 1;
-        if (plant->get(plant->instance, plant->out, 2, y_next) > 1) return 1;
-        if (pd->set(pd->instance, pd->in, 2, y) > 1) return 1;
-        if (pd->step(pd->instance, t, h, 1) > 1) return 1;
-        if (pd->get(pd->instance, pd->out, 1, &u_next) > 1) return 1;
-        y[0] = y_next[0], y[1] = y_next[1];
-        if (pd->set(pd->instance, pd->in, 2, y) > 1) return 1;
-        if (pd->get(pd->instance, pd->out, 1, u) > 1) return 1;
+        double t = (double)k / rate, h = (double)(k + 1) / rate - t, u_next;
+        for (i = 0; i < n; i++) {
+            Pair *p = &pairs[i];
+            if (p->plant.set(p->plant.instance, p->plant.in, 1, &p->u) > 1) return 1;
+            if (p->plant.step(p->plant.instance, t, h, 1) > 1) return 1;
+            if (p->plant.get(p->plant.instance, p->plant.out, 2, p->next) > 1) return 1;
+            if (p->pd.set(p->pd.instance, p->pd.in, 2, p->y) > 1) return 1;
+            if (p->pd.step(p->pd.instance, t, h, 1) > 1) return 1;
+            if (p->pd.get(p->pd.instance, p->pd.out, 1, &u_next) > 1) return 1;
+        }
+        for (i = 0; i < n; i++) {
+            Pair *p = &pairs[i];
+            p->y[0] = p->next[0], p->y[1] = p->next[1];
+            if (p->pd.set(p->pd.instance, p->pd.in, 2, p->y) > 1) return 1;
+            if (p->pd.get(p->pd.instance, p->pd.out, 1, &p->u) > 1) return 1;
+        }
     }
     return 0;
 }
 
-EXPORT int loop_lean(const Fmu *plant, const Fmu *pd, long steps, double rate, double *y, double *u)
+EXPORT int loop_lean(Pair *pairs, int n, long steps, double rate)
 {
     long k;
+    int i;
     for (k = 0; k < steps; k++) {
         double t = (double)k / rate, h = (double)(k + 1) / rate - t;
-        if (plant->set(plant->instance, plant->in, 1, u) > 1) return 1;
-        if (plant->step(plant->instance, t, h, 1) > 1) return 1;
-        if (plant->get(plant->instance, plant->out, 2, y) > 1) return 1;
-        if (pd->step(pd->instance, t, h, 1) > 1) return 1;
-        if (pd->set(pd->instance, pd->in, 2, y) > 1) return 1;
-        if (pd->get(pd->instance, pd->out, 1, u) > 1) return 1;
+        for (i = 0; i < n; i++) {
+            Pair *p = &pairs[i];
+            if (p->plant.set(p->plant.instance, p->plant.in, 1, &p->u) > 1) return 1;
+            if (p->plant.step(p->plant.instance, t, h, 1) > 1) return 1;
+            if (p->plant.get(p->plant.instance, p->plant.out, 2, p->y) > 1) return 1;
+            if (p->pd.step(p->pd.instance, t, h, 1) > 1) return 1;
+            if (p->pd.set(p->pd.instance, p->pd.in, 2, p->y) > 1) return 1;
+            if (p->pd.get(p->pd.instance, p->pd.out, 1, &p->u) > 1) return 1;
+        }
+    }
+    return 0;
+}
+
+/* The first three derivatives at s = 0 of the cubic from a to b over h. */
+static void cubic(double a, double b, double da, double db, double h, double *d)
+{
+    d[0] = da;
+    d[1] = (6 * (b - a) / h - 4 * da - 2 * db) / h;
+    d[2] = (12 * (a - b) / h + 6 * (da + db)) / (h * h);
+}
+
+EXPORT int loop_slopes(Pair *pairs, int n, long steps, double rate)
+{
+    static const int first[] = {1, 1}, three[] = {1, 2, 3, 1, 2, 3};
+    long k;
+    int i, j;
+    for (k = 0; k < steps; k++) {
+        double t = (double)k / rate, h = (double)(k + 1) / rate - t, slopes[2], moves[6];
+        for (i = 0; i < n; i++) {
+            Pair *p = &pairs[i];
+            const Fmu *a = &p->plant, *b = &p->pd;
+            const unsigned moving[] = {b->in[0], b->in[0], b->in[0], b->in[1], b->in[1], b->in[1]};
+            if (a->set(a->instance, a->in, 1, &p->u) > 1) return 1;
+            if (a->set_slopes(a->instance, a->in, 1, first, &p->du) > 1) return 1;
+            if (a->step(a->instance, t, h, 1) > 1) return 1;
+            if (a->get(a->instance, a->out, 2, p->next) > 1) return 1;
+            if (a->get_slopes(a->instance, a->out, 2, first, slopes) > 1) return 1;
+            for (j = 0; j < 2; j++) cubic(p->y[j], p->next[j], p->dy[j], slopes[j], h, moves + 3 * j);
+            if (b->set(b->instance, b->in, 2, p->y) > 1) return 1;
+            if (b->set_slopes(b->instance, moving, 6, three, moves) > 1) return 1;
+            if (b->step(b->instance, t, h, 1) > 1) return 1;
+            if (b->get(b->instance, b->out, 1, &p->u) > 1) return 1;
+            if (b->get_slopes(b->instance, b->out, 1, first, &p->du) > 1) return 1;
+            for (j = 0; j < 2; j++) p->y[j] = p->next[j], p->dy[j] = slopes[j];
+        }
     }
     return 0;
 }

@@ -174,8 +174,7 @@ static int iterated_step(Run *r, integer k, double t, double h)
         more = stage >= 0 ? take_turn(r, stage, k, t, h) : find(r, &r->loop[-1 - stage], k, t, h);
     }
     if (!more) {
-        memcpy(r->next, r->newest, (size_t)r->size * sizeof(double));
-        swap = r->point, r->point = r->next, r->next = swap;
+        memcpy(r->point, r->newest, (size_t)r->owned * sizeof(double));
         swap = r->memory, r->memory = r->memory_next, r->memory_next = swap;
         return 0;
     }

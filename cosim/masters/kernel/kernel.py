@@ -12,7 +12,8 @@ from cosim.masters.calls import refusal
 from cosim.masters.culprit import blame
 from cosim.masters.implicit.plan import Plan
 from cosim.masters.kernel.library import library
-from cosim.masters.kernel.structures import CALLS, MEMORY, NOT_FINITE, REFUSED, STEP, Packed
+from cosim.masters.kernel.packed import Packed
+from cosim.masters.kernel.structures import CALLS, MEMORY, NOT_FINITE, REFUSED, STEP
 from cosim.masters.master import Outcome
 from cosim.masters.point import Point
 from cosim.masters.steps import failed_step, not_finite
@@ -130,7 +131,6 @@ class Kernel:
         """Copy a point into the kernel's arrays."""
         packed, run = self._packed, self._packed.run
         packed.point[:], packed.newest[:], packed.begun[:] = point.values, point.newest, point.begun
-        run.point, run.newest, run.next = (a.ctypes.data for a in (packed.point, packed.newest, packed.next))
         packed.memory[:] = point.memory
         run.memory, run.memory_next = packed.memory.ctypes.data, packed.memory_next.ctypes.data
         run.done, run.last_row, run.evaluations, run.stuck = point.index, self.watch.last_row, 0, 0
@@ -142,13 +142,12 @@ class Kernel:
     def _reached(self, texts: Texts) -> Point:
         """Return the point that the kernel has reached."""
         packed, run = self._packed, self._packed.run
-        values = packed.point if run.point == packed.point.ctypes.data else packed.next
         memory = packed.memory if run.memory == packed.memory.ctypes.data else packed.memory_next
         for number in range(self._numbered, self._library.kernel_text_count(self._texts)):
             texts.number(self._library.kernel_text(self._texts, number))
         self._numbered = len(texts)
         newest, begun = packed.newest.copy(), packed.begun.copy()
-        return Point(run.done, values.copy(), newest, begun, texts, memory.copy())
+        return Point(run.done, packed.point.copy(), newest, begun, texts, memory.copy())
 
     def _note_warnings(self) -> None:
         """Tell the slaves of their calls that returned fmi2Warning."""

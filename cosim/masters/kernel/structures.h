@@ -67,6 +67,12 @@ typedef struct {
     const integer *values;
 } Allowed;
 
+/* An input of what a slot shows: factor * *from + addend. */
+typedef struct {
+    const double *from;
+    double factor, addend;
+} Wire;
+
 typedef struct {
     const char *name;
     Warned *warned; /* CALLS x KINDS */
@@ -89,12 +95,14 @@ typedef struct {
     GetState free_state;
     void *state; /* work: its FMU state where the step began */
     integer period, at_end, in_step; /* in_step: it and its sources step in every communication step */
-    integer plain;                   /* and its inputs are set to values of their sources, or the middle of two */
-    /* inputs: input = factor * value + addend, see layout.Inputs and turns.Turn */
+    /* inputs: see layout.Inputs and turns.Turn */
     integer inputs, input_groups, only_real; /* only_real: one group of Reals, of which each takes every value */
+    const unsigned *input_references;
+    const Wire *wire; /* over a step */
+    integer mixed;    /* inputs that are more than what a slot shows over a step, their places */
+    const integer *mixed_position;
     const Group *input_group;
-    const integer *source, *slope_slot, *signal_slot, *timing, *ahead, *source_component;
-    const double *factor, *addend;
+    const integer *source, *slope_slot, *timing, *ahead, *source_component;
     double *begun, *begun_slope, *value; /* work: of the sources at the start of the period; what is set */
     integer restricted;
     const Allowed *allowed;
@@ -123,7 +131,24 @@ typedef struct {
 typedef struct {
     integer component, groups, slopes;
     const Group *group;
+    const Wire *wire; /* of the component's inputs at the communication point */
 } Reading;
+
+/* A straight turn or reading, see pass.h. */
+typedef struct {
+    integer straight, component;
+    void *instance;
+    SetReal set;
+    DoStep step; /* NULL in a reading */
+    GetReal get;
+    integer inputs, outputs, finite;
+    const unsigned *input_references, *output_references;
+    const Wire *wire;
+    double *input, *output;
+    const double *const *finite_value; /* what must be finite */
+    integer slopes; /* whether derivatives are set or read, or taken by differences */
+    integer kept;   /* whether the inputs of a turn are what the reading at the end of the step before has set */
+} Pass;
 
 /* Components that are repeated until their unknowns agree, see implicit/plan.py. */
 typedef struct {
@@ -148,8 +173,10 @@ typedef struct {
     Component *component;
     integer refreshes;
     const Reading *refresh;
-    integer size;
+    integer size, owned;           /* slots: all; those of what components return, which come first */
     double *point, *newest, *next; /* slots: as seen at the communication point; as read last; work */
+    integer passes;
+    const Pass *first_pass; /* the components' turns, then the readings */
     integer all_step;              /* whether every component steps in every communication step */
     /* the own slots of all connected inputs, see layout.Inputs */
     integer inputs;
@@ -171,7 +198,8 @@ typedef struct {
     integer evaluations, stuck; /* how often loops have stepped; whether the step is left to Python */
     /* where the run stands */
     integer done, last_row, calling; /* calling: which function of an FMU it is in */
-    integer ended; /* 1 + the component that asked for the end with the step that is done, 0: none */
+    integer ended;    /* 1 + the component that asked for the end with the step that is done, 0: none */
+    integer underway; /* whether the step before was the kernel's too, with nothing between */
     /* what ended it, if anything did */
     integer failed_call, failed_component, failed_status, failed_slot, failed_kind; /* of a refused input: is it the end? */
 } Run;
@@ -205,16 +233,17 @@ static const integer layout[] = {
     F(Group, first), F(Group, finite), F(Group, finite_slot), F(Group, value), F(Group, number), F(Group, text),
     (integer)sizeof(Allowed), F(Allowed, position), F(Allowed, count), F(Allowed, values),
     (integer)sizeof(Warned), F(Warned, count), F(Warned, first),
+    (integer)sizeof(Wire), F(Wire, from), F(Wire, factor), F(Wire, addend),
     (integer)sizeof(Component), F(Component, name), F(Component, warned), F(Component, instance), F(Component, set_real), F(Component, get_real),
     F(Component, set_integer), F(Component, get_integer), F(Component, set_boolean), F(Component, get_boolean),
     F(Component, set_string), F(Component, get_string), F(Component, set_derivatives),
     F(Component, get_derivatives), F(Component, do_step), F(Component, get_status), F(Component, get_boolean_status),
     F(Component, get_real_status), F(Component, get_state), F(Component, set_state),
     F(Component, free_state), F(Component, state), F(Component, period), F(Component, at_end), F(Component, in_step),
-    F(Component, plain),
-    F(Component, inputs), F(Component, input_groups), F(Component, only_real), F(Component, input_group), F(Component, source),
-    F(Component, slope_slot), F(Component, signal_slot), F(Component, timing), F(Component, ahead), F(Component, source_component), F(Component, factor),
-    F(Component, addend), F(Component, begun), F(Component, begun_slope), F(Component, value), F(Component, restricted),
+    F(Component, inputs), F(Component, input_groups), F(Component, only_real), F(Component, input_references),
+    F(Component, wire), F(Component, mixed), F(Component, mixed_position), F(Component, input_group), F(Component, source),
+    F(Component, slope_slot), F(Component, timing), F(Component, ahead), F(Component, source_component),
+    F(Component, begun), F(Component, begun_slope), F(Component, value), F(Component, restricted),
     F(Component, allowed), F(Component, input_derivatives), F(Component, derivative_references),
     F(Component, derivative_orders), F(Component, position), F(Component, form), F(Component, slot), F(Component, slope),
     F(Component, halfway), F(Component, moving), F(Component, moving_references), F(Component, moving_orders), F(Component, moving_position),
@@ -224,16 +253,19 @@ static const integer layout[] = {
     F(Component, step_slot), F(Component, difference_value), F(Component, difference_slope),
     F(Component, difference_before),
     (integer)sizeof(Reading), F(Reading, component), F(Reading, groups), F(Reading, slopes), F(Reading, group),
+    F(Reading, wire),
+    (integer)sizeof(Pass), F(Pass, straight), F(Pass, component), F(Pass, instance), F(Pass, set), F(Pass, step), F(Pass, get), F(Pass, inputs), F(Pass, outputs), F(Pass, finite), F(Pass, input_references), F(Pass, output_references), F(Pass, wire), F(Pass, input), F(Pass, output), F(Pass, finite_value), F(Pass, slopes), F(Pass, kept),
     (integer)sizeof(Loop), F(Loop, first), F(Loop, members), F(Loop, unknowns), F(Loop, values), F(Loop, memory),
     F(Loop, slots), F(Loop, value), F(Loop, slope), F(Loop, partner), F(Loop, nominal), F(Loop, x), F(Loop, residual),
     F(Loop, change), F(Loop, matrix),
     (integer)sizeof(Run), F(Run, start), F(Run, stop), F(Run, step), F(Run, denominator), F(Run, every),
     F(Run, steps), F(Run, divisions), F(Run, events), F(Run, divided_at), F(Run, dividing), F(Run, event_point),
-    F(Run, components), F(Run, component), F(Run, refreshes), F(Run, refresh), F(Run, size),
-    F(Run, point), F(Run, newest), F(Run, next), F(Run, all_step), F(Run, inputs), F(Run, input_slot),
+    F(Run, components), F(Run, component), F(Run, refreshes), F(Run, refresh), F(Run, size), F(Run, owned),
+    F(Run, point), F(Run, newest), F(Run, next), F(Run, passes), F(Run, first_pass), F(Run, all_step), F(Run, inputs), F(Run, input_slot),
     F(Run, input_source), F(Run, input_factor), F(Run, input_addend), F(Run, columns), F(Run, column_slot),
     F(Run, stop_slot), F(Run, stop_asked), F(Run, texts), F(Run, pending_timeout), F(Run, stages), F(Run, stage), F(Run, loop), F(Run, tolerance),
-    F(Run, memory_size), F(Run, memory), F(Run, memory_next), F(Run, evaluations), F(Run, stuck), F(Run, done), F(Run, last_row), F(Run, calling), F(Run, ended), F(Run, failed_call),
+    F(Run, memory_size), F(Run, memory), F(Run, memory_next), F(Run, evaluations), F(Run, stuck), F(Run, done),
+    F(Run, last_row), F(Run, calling), F(Run, ended), F(Run, underway), F(Run, failed_call),
     F(Run, failed_component), F(Run, failed_status), F(Run, failed_slot), F(Run, failed_kind),
     (integer)sizeof(Breadcrumb), F(Breadcrumb, thread), F(Breadcrumb, process), F(Breadcrumb, instance),
     F(Breadcrumb, function), F(Breadcrumb, run), F(Breadcrumb, time), F(Breadcrumb, file), F(Breadcrumb, at),
