@@ -44,9 +44,10 @@ class Block:
 
     def append(self, time: float, row: FloatArray) -> None:
         """Add a row; `row` has shape (columns,)."""
-        self.data[self.count, 0] = time
-        self.data[self.count, 1:] = row
-        self.count += 1
+        at = self.count
+        place = self.data[at]
+        place[0], place[1:] = time, row
+        self.count = at + 1
 
 
 @dataclass
@@ -66,8 +67,12 @@ class Watch:
     def row(self, point: Point, *, whatever: bool = False) -> None:
         """Record a point if it is to be recorded, `whatever` the schedule says if asked so, and once only."""
         if (whatever or self.schedule.recorded(point.index)) and point.index != self.last_row:
-            self.block.append(self.schedule.time(point.index), self.layout.columns.row(point.values))
-            self.last_row = point.index
+            self.write(point.index, self.schedule.time(point.index), point.values)
+
+    def write(self, index: int, time: float, values: FloatArray) -> None:
+        """Record communication point `index` at `time` s, with the values of all slots."""
+        self.block.append(time, self.layout.columns.row(values))
+        self.last_row = index
 
     def again(self, point: Point) -> None:
         """Record a point once more, in place of its row, which is the last and not yet taken."""
@@ -82,8 +87,12 @@ class Watch:
 
     def flag_is_up(self, point: Point) -> bool:
         """Whether the flag that ends the run is up at a point."""
+        return self.is_up(point.values)
+
+    def is_up(self, values: FloatArray) -> bool:
+        """Whether it is, by the values of all slots."""
         slot = self.layout.stop_slot
-        return slot >= 0 and bool(point.values[slot] > FLAG)
+        return slot >= 0 and bool(values[slot] > FLAG)
 
 
 class Clock:

@@ -91,7 +91,7 @@ def kernel(flight: Flight) -> Kernel:
 
 
 def python(flight: Flight) -> Stepping:
-    return Stepping(flight.course.turns, flight.slaves)
+    return Stepping(flight.course.turns, flight.slaves, flight.watch)
 
 
 def main(folder: Path) -> None:
