@@ -242,6 +242,8 @@ class Schedule:
 
     def next_recorded(self, k: int) -> int:
         """Return the first point after k whose row is recorded; k is before the last."""
+        if self.every == 1:
+            return k + 1
         on_grid = k - bisect_right(self.divided_at, k)  # the last point of the undivided steps up to k
         found = (on_grid // self.every + 1) * self.every
         for divided in self.divided_at:

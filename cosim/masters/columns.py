@@ -44,7 +44,7 @@ class Columns:
 
     def row(self, values: FloatArray) -> FloatArray:
         """Return the recorded columns of a vector of slots, shape (n,)."""
-        return values.take(self.slots)
+        return values[self.slots]
 
 
 def _type(variable: ScalarVariable) -> ColumnType:

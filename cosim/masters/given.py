@@ -34,16 +34,15 @@ BLENDED = (MIDPOINT, MEAN, EXTRAPOLATED_MEAN)
 class Given:
     """The inputs of one turn over a step: `values`, an array that is given, and derivatives in `slopes`.
 
-    `ends` where its sources step at other rates, None where all step together. Where each input then is the value of
-    one slot, all are one gather.
+    The step is from `t` to `t + h`, s, in communication step `k`. `ends` where sources step at other rates, None where
+    all step together. Where each input then is the value of one slot, all are one gather.
     """
 
     def __init__(self, turn: Turn, slots: Slots, values: FloatArray, ends: EndsOf | None = None) -> None:
+        self.k, self.t, self.h = 0, 0.0, 0.0
         self._turn, self._slots, self._values = turn, slots, values
         self._inputs, self._derivatives = turn.component.inputs, turn.derivatives
         self._ends = ends or ends_of(turn, slots)
-        single = ends is None and not np.isin(turn.timing, BLENDED).any()
-        self._gather = conversion(self._inputs, slots, self._single(), values) if single else None
         form, order = self._derivatives.form, self._derivatives.order
         self._lines = np.flatnonzero(form == LINE)
         self._curves = [np.flatnonzero((form == CURVE) & (order == n)) for n in (1, 2, 3)]
@@ -51,23 +50,19 @@ class Given:
         self._told, self._signals = np.flatnonzero(form == SLOT), np.flatnonzero(form == SIGNAL_SLOT)
         self._factor = self._inputs.factor[self._derivatives.position]
         self.slopes: FloatArray = np.zeros(len(form))
+        single = ends is None and not np.isin(turn.timing, BLENDED).any()
+        self.find = conversion(self._inputs, slots, self._single(), values) if single else self._find
+        """Finds the values."""
 
-    def find(self, k: int, h: float) -> None:
-        """Find the values over a step of length h in communication step k."""
-        if self._gather is not None:
-            self._gather()
-        else:
-            self._values[:] = self._inputs.factor * self._blend(self._ends(k), h) + self._inputs.addend
-
-    def find_slopes(self, k: int, h: float) -> None:
+    def find_slopes(self) -> None:
         """Find the derivatives of inputs at the start of the step."""
         slopes, derivatives, slots = self.slopes, self._derivatives, self._slots
         if self._lines.size or self._bent.size:
-            ends = self._ends(k)
+            ends = self._ends(self.k)
             at = derivatives.position[self._lines]
-            slopes[self._lines] = (ends.b[at] - ends.a[at]) / h
-            bent = Ends(*(part[self._bent] for part in ends)).known(h)
-            orders = bent.da, curves.second(bent, h), curves.third(bent, h)
+            slopes[self._lines] = (ends.b[at] - ends.a[at]) / self.h
+            bent = Ends(*(part[self._bent] for part in ends)).known(self.h)
+            orders = bent.da, curves.second(bent, self.h), curves.third(bent, self.h)
             for places, values in zip(self._curves, orders, strict=True):
                 slopes[places] = values
         if self._told.size:
@@ -75,6 +70,9 @@ class Given:
         if self._signals.size:
             slopes[self._signals] = slots.newest[derivatives.slot[self._signals]]
         slopes *= self._factor
+
+    def _find(self) -> None:
+        self._values[:] = self._inputs.factor * self._blend(self._ends(self.k), self.h) + self._inputs.addend
 
     def _single(self) -> IntArray:
         """Return the slot that each input has its value from."""

@@ -18,8 +18,9 @@ from cosim.masters.given import slope_or_none
 from cosim.masters.layout import ComponentLayout, Reading
 from cosim.masters.slots import COMING, NEWEST, Slots, conversion, finiteness, place
 from cosim.masters.steps import failed_step, refuse_not_finite
-from cosim.masters.transfer import Writer, readers, slope_reader, slope_writer
+from cosim.masters.transfer import readers, slope_reader, slope_writer, writers
 from cosim.masters.turns import RAMP, STEP_MEAN, Turns
+from cosim.slaves.ready import Ready
 from cosim.slaves.slave import Slave
 
 
@@ -46,88 +47,93 @@ class Evaluation:
     """Outputs of one component that are read again, all calls made ready."""
 
     def __init__(self, reading: Reading, turns: Turns, slaves: Mapping[str, Slave], slots: Slots) -> None:
+        self.k, self.now = 0, 0.0
         self.reading, self._slots, self._schedule = reading, slots, turns.schedule
-        self._turn = turns.all[turns.turn_of(reading)]
-        self._slave = slaves[self._turn.component.name]
-        inputs, outputs = self._turn.component.inputs, self._turn.component.outputs
-        self._writer = Writer(self._slave, inputs, slots)
-        means = self._turn.timing == STEP_MEAN
+        self._turn = turn = turns.all[turns.turn_of(reading)]
+        self._slave = slave = slaves[turn.component.name]
+        inputs, references = turn.component.inputs, turn.moving_references
+        values: FloatArray = np.zeros(len(inputs.links))
+        means = turn.timing == STEP_MEAN
         sources = np.where(means, slots.places(NEWEST, inputs.source), slots.places(COMING, inputs.source))
-        self._convert = conversion(inputs, slots, sources, self._writer.values)
-        self._read = readers(self._slave, reading.groups, slots)
+        convert = conversion(inputs, slots, sources, values)
+        self._set = [convert, *writers(slave, inputs, values, slots, lambda: self.now)]
+        self._slopes: FloatArray = np.zeros(len(references))
+        self._set_slopes, self._read_slopes = list[Ready](), list[Ready]()
+        if reading.slopes:
+            self._read_slopes = [slope_reader(slave, turn.component.outputs, slots), self._show_slopes]
+        if reading.slopes and references:
+            orders = (1,) * len(references)
+            self._set_slopes = [self._find_slopes, slope_writer(slave, references, orders, self._slopes)]
+        self._all = [*self._set, *self._set_slopes, *readers(slave, reading.groups, slots), *self._read_slopes]
         self._groups = [place(group.slots) for group in reading.groups]
         self._are_finite = finiteness(slots.newest, np.concatenate([group.finite for group in reading.groups]))
-        self._slopes: FloatArray = np.zeros(len(self._turn.moving))
-        references = self._turn.moving_references
-        orders = (1,) * len(references)
-        sets = reading.slopes and bool(references)
-        self._set_slopes = slope_writer(self._slave, references, orders, self._slopes) if sets else None
-        self._read_slopes = slope_reader(self._slave, outputs, slots) if reading.slopes else None
 
     def evaluate(self, k: int, now: float) -> None:
         """Read the outputs again, and slopes where they are told."""
-        if not self.stands(k):
+        if not self.stands(k, now):
             return
         try:
-            self.set_inputs(now)
-            self.set_slopes(k, now)
-            for read_group in self._read:
-                read_group()
-            self.read_slopes()
+            for call in self._all:
+                call()
         except CallFailed as error:
-            raise failed_step(error, *self.step(k, now)) from error
-        self.finish(k, now)
+            raise failed_step(error, *self._step()) from error
+        self.finish()
 
-    def stands(self, k: int) -> bool:
-        """Whether the component stands at communication point k + 1."""
+    def stands(self, k: int, now: float) -> bool:
+        """Whether the component stands at communication point k + 1, at `now` s, which is where it is evaluated."""
+        self.k, self.now = k, now
         return self._turn.period == 1 or self._turn.end(k, self._schedule) == k + 1
 
-    def step(self, k: int, now: float) -> tuple[float, float]:
-        """Return start and size of the step that the component has taken to the point, s."""
-        t = self._schedule.time(self._turn.start(k))
-        return t, now - t
-
-    def set_inputs(self, now: float) -> None:
+    def set_inputs(self) -> None:
         """Set the inputs to what they are at the point; raises `CallFailed`, `ValueRefused`."""
-        self._convert()
-        self._writer.write(now)
+        for call in self._set:
+            call()
 
-    def set_slopes(self, k: int, now: float) -> None:
-        """Set the slopes of the moving inputs at the point: the sources', or those of the lines to it."""
-        if self._set_slopes is None:
-            return
-        inputs, at = self._turn.component.inputs, self._turn.moving
-        source, coming = inputs.source[at], self._slots.coming
-        line = (coming[source] - self._slots.point[source]) / self.step(k, now)[1]
-        slope = np.where(self._turn.timing[at] == RAMP, line, slope_or_none(coming[inputs.slope[at]]))
-        self._slopes[:] = inputs.factor[at] * slope
-        self._set_slopes()
+    def set_slopes(self) -> None:
+        """Set the slopes that moving inputs have at the point."""
+        for call in self._set_slopes:
+            call()
 
     def read_slopes(self) -> None:
         """Read the slopes where they are told."""
-        if self._read_slopes is not None:
-            self._read_slopes()
-            told = self._turn.component.outputs.derivatives
-            self._slots.coming[told] = self._slots.newest[told]
+        for call in self._read_slopes:
+            call()
 
-    def finish(self, k: int, now: float) -> None:
+    def finish(self) -> None:
         """Refuse values that are not finite, make the others those of the point, take differences."""
         coming, newest = self._slots.coming, self._slots.newest
         if not self._are_finite():
-            refuse_not_finite(self._turn, self._slave, *self.step(k, now), self.reading.groups, newest)
+            refuse_not_finite(self._turn, self._slave, *self._step(), self.reading.groups, newest)
         for group in self._groups:
             coming[group] = newest[group]
         differences = self._turn.component.outputs.differences
         if differences is not None:
-            differences.take(self._slots.point, newest, self.step(k, now)[1])
+            differences.take(self._slots.point, newest, self._step()[1])
             coming[differences.slope] = newest[differences.slope]
+
+    def _step(self) -> tuple[float, float]:
+        """Return start and size of the step that the component has taken to the point, s."""
+        t = self._schedule.time(self._turn.start(self.k))
+        return t, self.now - t
+
+    def _find_slopes(self) -> None:
+        """Find the slopes of the moving inputs: the sources', or those of the lines to the point."""
+        inputs, at = self._turn.component.inputs, self._turn.moving
+        source, coming = inputs.source[at], self._slots.coming
+        line = (coming[source] - self._slots.point[source]) / self._step()[1]
+        slope = np.where(self._turn.timing[at] == RAMP, line, slope_or_none(coming[inputs.slope[at]]))
+        self._slopes[:] = inputs.factor[at] * slope
+
+    def _show_slopes(self) -> None:
+        told = self._turn.component.outputs.derivatives
+        self._slots.coming[told] = self._slots.newest[told]
 
 
 class Solution:
     """A loop that is solved at communication points; what it is solved in (`Around`)."""
 
     def __init__(self, loop: Loop, turns: Turns, slaves: Mapping[str, Slave], slots: Slots) -> None:
-        self._loop, self._slots, self._now = loop, slots, 0.0
+        self._loop, self._slots = loop, slots
         self._evaluations = {r.component: Evaluation(r, turns, slaves, slots) for r in loop.readings}
         self.components: Sequence[ComponentLayout] = turns.layout.components
         self.slaves: Sequence[Slave] = [slaves[c.name] for c in self.components]
@@ -135,7 +141,7 @@ class Solution:
 
     def set_inputs(self, place: int) -> None:
         """Set the inputs of a component to what they are at the point; raises `CallFailed`, `ValueRefused`."""
-        self._evaluations[place].set_inputs(self._now)
+        self._evaluations[place].set_inputs()
 
     def read(self, reading: Reading) -> list[FloatArray]:
         """Return outputs of a component as its inputs are now, an array for each group."""
@@ -144,15 +150,14 @@ class Solution:
 
     def evaluate(self, k: int, now: float) -> None:
         """Solve what stands at communication point k + 1, and then its slopes where they are told."""
-        loop = self._loop.part([p for p, evaluation in self._evaluations.items() if evaluation.stands(k)])
+        loop = self._loop.part([p for p, evaluation in self._evaluations.items() if evaluation.stands(k, now)])
         if not loop.readings:
             return
-        self._now = now
         members = [self._evaluations[reading.component] for reading in loop.readings]
         try:
             loop.solve(self)
             self._slots.newest[loop.slots] = self.values[loop.slots]
-            self._solve_slopes(loop, members, k)
+            self._solve_slopes(loop, members)
         except AlgebraicLoop as error:
             error.time = now
             raise
@@ -160,9 +165,9 @@ class Solution:
             problem = f"the loop could not be solved ({error})"
             raise AlgebraicLoop(loop.path, problem, time=now, component=error.component) from error
         for member in members:
-            member.finish(k, now)
+            member.finish()
 
-    def _solve_slopes(self, loop: Loop, members: Sequence[Evaluation], k: int) -> None:
+    def _solve_slopes(self, loop: Loop, members: Sequence[Evaluation]) -> None:
         told = [member for member in members if member.reading.slopes]
         if not told:
             return
@@ -171,7 +176,7 @@ class Solution:
         def evaluate(slopes: FloatArray) -> FloatArray:
             self.values[slots] = slopes
             for member in told:
-                member.set_slopes(k, self._now)
+                member.set_slopes()
             for member in told:
                 member.read_slopes()
             return self._slots.newest[slots]

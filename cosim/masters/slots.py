@@ -1,6 +1,7 @@
 """The vectors of slots that a loop in Python works in: always the same ones, so that calls can be made ready once."""
 
 from collections.abc import Callable
+from math import isfinite
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from cosim.masters.types import Texts
 POINT, NEWEST, COMING = range(3)
 """Which vector, for `Slots.places`."""
 
+FEW = 6
+"""Up to so many numbers plain Python is faster than NumPy."""
+
 
 class Slots:
     """All slots three times, each of shape (size,), and what else a point has.
@@ -21,10 +25,12 @@ class Slots:
     """
 
     def __init__(self, layout: Layout) -> None:
-        self._rows = np.zeros((3, layout.size + 1))  # the last place has the index, which so changes with the values
+        self._rows = np.zeros((3, layout.size + 2))  # the last places have time and index, which change with the values
         self.all: FloatArray = self._rows.reshape(-1)
-        self.point, self.newest, self.coming = (row[:-1] for row in self._rows)
+        self.point, self.newest, self.coming = (row[:-2] for row in self._rows)
         self._here, self._coming = self._rows[POINT], self._rows[COMING]
+        self._columns = np.append(layout.size, layout.columns.slots)
+        self._shows = bool(np.isin(layout.inputs.slots, layout.columns.slots).any())
         self.begun: FloatArray = np.zeros((2, len(layout.inputs.links)))
         self.texts = Texts()
         self._memory: FloatArray = np.zeros(0)
@@ -46,10 +52,16 @@ class Slots:
         self.point[:], self.newest[:], self.begun[:] = point.values, point.newest, point.begun
         self._here[-1], self.texts, self._memory = point.index, point.texts, point.memory
 
-    def arrive(self, index: int) -> None:
-        """Make what is coming the point, at `index`: in one copy, so that an interrupt leaves the one or the other."""
-        self._coming[-1] = index
+    def arrive(self, index: int, time: float) -> None:
+        """Make what is coming the point: in one copy, so that an interrupt leaves the one or the other."""
+        self._coming[-2], self._coming[-1] = time, index
         self._here[:] = self._coming
+
+    def row(self, into: FloatArray) -> None:
+        """Put the row of the point into an array of shape (1 + columns,), after `arrive`."""
+        if self._shows:
+            self.show_inputs()
+        self._here.take(self._columns, out=into)
 
     def show_inputs(self) -> None:
         """Put into the own slot of every connected input what its source gives it at the point."""
@@ -71,6 +83,15 @@ def place(slots: IntArray) -> slice | IntArray:
 def conversion(inputs: Inputs, slots: Slots, sources: IntArray, values: FloatArray) -> Callable[[], None]:
     """Return what puts inputs = factor * all[sources] + addend into `values`, shape (n,)."""
     factor, addend = inputs.factor, inputs.addend
+    if len(sources) <= FEW:
+        numbers, given = slots.all.data, values.data
+        each = list(zip(range(len(sources)), sources.tolist(), factor.tolist(), addend.tolist(), strict=True))
+
+        def convert_few() -> None:
+            for i, source, a, b in each:
+                given[i] = a * numbers[source] + b
+
+        return convert_few
     converts, take, add, multiply = bool((factor != 1).any()), slots.all.take, np.add, np.multiply
 
     def convert() -> None:
@@ -83,9 +104,15 @@ def conversion(inputs: Inputs, slots: Slots, sources: IntArray, values: FloatArr
 
 
 def finiteness(vector: FloatArray, slots: IntArray) -> Callable[[], bool]:
-    """Return what tells whether some slots of a vector are finite: only then their product with zeros is zero."""
+    """Return what tells whether some slots of a vector are finite for sure: their sum is, or their product with 0 is 0.
+
+    Where it does not, each has to be asked: the sum of large numbers may be infinite.
+    """
     zeros, where = np.zeros(len(slots)), place(slots)
-    if isinstance(where, slice):
-        view = vector[where]
-        return lambda: view.dot(zeros) == 0.0
-    return lambda: vector.take(where).dot(zeros) == 0.0
+    if not isinstance(where, slice):
+        return lambda: vector.take(where).dot(zeros) == 0.0
+    view = vector[where]
+    if len(slots) <= FEW:
+        numbers = view.data
+        return lambda: isfinite(sum(numbers))
+    return lambda: view.dot(zeros) == 0.0

@@ -72,11 +72,10 @@ class Stepping:
             take(k, t, end - t)
             self._again.refresh(k, end)
             k, t = k + 1, end
-            slots.arrive(k)
+            slots.arrive(k, t)
             here.time = t
             if k == next_row:
-                slots.show_inputs()
-                watch.write(k, t, slots.point)
+                watch.write(k, slots.row)
                 next_row = schedule.next_recorded(k)
                 if watch.block.full:
                     return

@@ -9,8 +9,9 @@ from cosim.errors import CallFailed, StepFailed
 from cosim.masters.given import EndsOf, Given
 from cosim.masters.layout import Group
 from cosim.masters.slots import NEWEST, Slots, conversion, finiteness
-from cosim.masters.transfer import Writer, readers, slope_reader, slope_writer, stepper
+from cosim.masters.transfer import readers, slope_reader, slope_writer, stepper, writers
 from cosim.masters.turns import Turn
+from cosim.slaves.ready import Ready
 from cosim.slaves.slave import Slave
 
 
@@ -21,20 +22,24 @@ class Step:
     are read.
     """
 
-    def __init__(self, turn: Turn, slave: Slave, slots: Slots, ends: EndsOf | None = None, *, fresh: bool = False):
-        self.turn, self.slave, self._slots = turn, slave, slots
+    def __init__(
+        self, turn: Turn, slave: Slave, slots: Slots, ends: EndsOf | None = None, *, fresh: bool = False
+    ) -> None:
+        self.turn, self._slave, self._slots = turn, slave, slots
         inputs, outputs, told = turn.component.inputs, turn.component.outputs, turn.derivatives
-        self._writer, self._has_inputs = Writer(slave, inputs, slots), bool(inputs.links)
-        self._given = Given(turn, slots, self._writer.values, ends)
-        slopes = self._given.slopes
-        self._set_slopes = slope_writer(slave, told.references, told.orders, slopes) if told.references else None
-        self._step = stepper(slave)
-        at_end = slots.places(NEWEST, inputs.source)
-        self._renew = conversion(inputs, slots, at_end, self._writer.values) if fresh and turn.halfway else None
-        self._readers = readers(slave, outputs.groups, slots)
+        values = np.zeros(len(inputs.links))
+        self._given = given = Given(turn, slots, values, ends)
+        self._before, self._after = list[Ready](), readers(slave, outputs.groups, slots)
+        if inputs.links:
+            self._before = [given.find, *writers(slave, inputs, values, slots, lambda: given.t)]
+        if told.references:
+            self._before += given.find_slopes, slope_writer(slave, told.references, told.orders, given.slopes)
+        if fresh and turn.halfway:
+            at_end = conversion(inputs, slots, slots.places(NEWEST, inputs.source), values)
+            self._after[:0] = at_end, *writers(slave, inputs, values, slots, lambda: given.t + given.h)
         if outputs.derivative_references:
-            self._readers.append(slope_reader(slave, outputs, slots))
-        self._are_finite = finiteness(slots.newest, outputs.finite)
+            self._after.append(slope_reader(slave, outputs, slots))
+        self._step, self._are_finite = stepper(slave), finiteness(slots.newest, outputs.finite)
         self._differences = outputs.differences
 
     def take(self, k: int, t: float, h: float) -> None:
@@ -42,23 +47,18 @@ class Step:
 
         Raises `StepFailed`, `ValueRefused`.
         """
+        given = self._given
+        given.k, given.t, given.h = k, t, h
         try:
-            if self._has_inputs:
-                self._given.find(k, h)
-                self._writer.write(t)
-                if self._set_slopes is not None:
-                    self._given.find_slopes(k, h)
-                    self._set_slopes()
+            for call in self._before:
+                call()
             self._step(t, h)
-            if self._renew is not None:
-                self._renew()
-                self._writer.write(t + h)
-            for read in self._readers:
-                read()
+            for call in self._after:
+                call()
         except CallFailed as error:
             raise failed_step(error, t, h) from error
         if not self._are_finite():
-            refuse_not_finite(self.turn, self.slave, t, h, self.turn.component.outputs.groups, self._slots.newest)
+            refuse_not_finite(self.turn, self._slave, t, h, self.turn.component.outputs.groups, self._slots.newest)
         if self._differences is not None:
             self._differences.take(self._slots.point, self._slots.newest, h)
 

@@ -6,8 +6,6 @@ what every instance has (calls.py).
 
 from collections.abc import Callable, Sequence
 
-import numpy as np
-
 from cosim.arrays import FloatArray
 from cosim.masters.calls import read, refuse_values, write
 from cosim.masters.layout import Group, Inputs, Outputs
@@ -17,24 +15,17 @@ from cosim.slaves.ready import Ready, ready_calls
 from cosim.slaves.slave import References, Slave
 
 
-class Writer:
-    """Sets all inputs of a component to `values`, shape (n,) in the order of its links."""
+def writers(slave: Slave, inputs: Inputs, values: FloatArray, slots: Slots, time: Callable[[], float]) -> list[Ready]:
+    """Return what sets all inputs of a component to `values`, shape (n,) in the order of its links, at a `time` in s.
 
-    def __init__(self, slave: Slave, inputs: Inputs, slots: Slots) -> None:
-        self.values: FloatArray = np.zeros(len(inputs.links))
-        self._inputs, self._calls = inputs, list[Ready]()
-        at = 0
-        for group in inputs.groups:
-            own = self.values[at : at + len(group.references)]
-            at += len(group.references)
-            self._calls.append(_setter(slave, group, own, slots))
-
-    def write(self, t: float) -> None:
-        """Set them at t, s; raises `CallFailed`, and `ValueRefused` for an input that cannot take its value."""
-        if self._inputs.allowed:
-            refuse_values(self._inputs, self.values, t)
-        for call in self._calls:
-            call()
+    The calls raise `CallFailed`, and `ValueRefused` for an input that cannot take its value.
+    """
+    made: list[Ready] = [lambda: refuse_values(inputs, values, time())] if inputs.allowed else []
+    at = 0
+    for group in inputs.groups:
+        made.append(_setter(slave, group, values[at : at + len(group.references)], slots))
+        at += len(group.references)
+    return made
 
 
 def _setter(slave: Slave, group: Group, values: FloatArray, slots: Slots) -> Ready:

@@ -2,6 +2,7 @@
 
 import ctypes
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -44,10 +45,9 @@ class Block:
 
     def append(self, time: float, row: FloatArray) -> None:
         """Add a row; `row` has shape (columns,)."""
-        at = self.count
-        place = self.data[at]
-        place[0], place[1:] = time, row
-        self.count = at + 1
+        self.data[self.count, 0] = time
+        self.data[self.count, 1:] = row
+        self.count += 1
 
 
 @dataclass
@@ -67,11 +67,14 @@ class Watch:
     def row(self, point: Point, *, whatever: bool = False) -> None:
         """Record a point if it is to be recorded, `whatever` the schedule says if asked so, and once only."""
         if (whatever or self.schedule.recorded(point.index)) and point.index != self.last_row:
-            self.write(point.index, self.schedule.time(point.index), point.values)
+            self.block.append(self.schedule.time(point.index), self.layout.columns.row(point.values))
+            self.last_row = point.index
 
-    def write(self, index: int, time: float, values: FloatArray) -> None:
-        """Record communication point `index` at `time` s, with the values of all slots."""
-        self.block.append(time, self.layout.columns.row(values))
+    def write(self, index: int, row: Callable[[FloatArray], None]) -> None:
+        """Record communication point `index`; `row` puts its row, time first, into an array that it is given."""
+        count = self.block.count
+        row(self.block.data[count])
+        self.block.count = count + 1
         self.last_row = index
 
     def again(self, point: Point) -> None:

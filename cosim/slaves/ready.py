@@ -6,6 +6,7 @@ hold for one instance, until it is freed.
 
 import ctypes
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -69,17 +70,17 @@ class ReadyCalls:
         n = len(references)
         if values.shape != (n,) or values.dtype != np.float64 or not values.flags.c_contiguous:
             raise ValueError(f"{function}: {n} values in a contiguous array of doubles, not {values.shape}")
-        call = _FUNCTION(self._interface.functions[function])
         arguments: list[Any] = [ctypes.c_void_p(self._interface.component), (ctypes.c_uint * n)(*references)]
         arguments += [ctypes.c_size_t(n), *([(ctypes.c_int * n)(*orders)] if orders else [])]
         arguments.append(np.ctypeslib.as_ctypes(values))
+        call = partial(_FUNCTION(self._interface.functions[function]), *arguments)
         crumb, instance, name = self._crumb, self._instance, breadcrumb.address(function.encode())
         returned = self._returned
 
         def made() -> None:
             crumb.instance, crumb.function = instance, name
             try:
-                status = call(*arguments)
+                status = call()
             finally:
                 crumb.function = None
             if status:
