@@ -6,7 +6,7 @@ as one of 1 ms; the h of fmi2DoStep is t_k+1 - t_k in doubles, so that t + h is 
 
 import math
 import re
-from bisect import bisect_left
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -243,6 +243,17 @@ class Schedule:
         if k == self.steps or k in self.event_points:
             return True
         return (k - bisect_left(self.divided_at, k)) % self.every == 0
+
+    def next_recorded(self, k: int) -> int:
+        """Return the first point after k whose row is recorded; k is before the last."""
+        if self.every == 1:
+            return k + 1
+        on_grid = k - bisect_right(self.divided_at, k)  # the last point of the undivided steps up to k
+        found = (on_grid // self.every + 1) * self.every
+        for divided in self.divided_at:
+            found += divided <= found
+        event = bisect_right(self.event_points, k)
+        return min(found, self.steps, *self.event_points[event : event + 1])
 
     @property
     def step_size(self) -> Fraction:

@@ -73,15 +73,6 @@ def read_groups(slave: Slave, groups: Sequence[Group], values: FloatArray, texts
         values[group.slots] = read(slave, group.kind, group.references, texts)
 
 
-def write_inputs(slave: Slave, inputs: Inputs, given: FloatArray, texts: Texts) -> None:
-    """Set all inputs of a component; `given` has shape (n,) in the order of its links. Raises `CallFailed`."""
-    at = 0
-    for group in inputs.groups:
-        n = len(group.references)
-        write(slave, group.kind, group.references, given[at : at + n], texts)
-        at += n
-
-
 def refuse_values(inputs: Inputs, given: FloatArray, t: float, known: BoolArray | None = None) -> None:
     """Raise `ValueRefused` for an input that cannot take what it is given at `t` s; `known`: which are given at all."""
     for i, values in inputs.allowed.items():

@@ -127,7 +127,7 @@ class ExplicitCourse:
         reason = why_python(self.master.kernel, lambda: self._loops() or obstacle(slaves))
         if not reason:
             return Kernel(self.turns, slaves, watch), Flown("kernel")
-        return Stepping(self.turns, slaves), Flown("python", reason)
+        return Stepping(self.turns, slaves, watch), Flown("python", reason)
 
     def _loops(self) -> str:
         """Return why the kernel cannot fly these turns, "" if it can: what solves algebraic loops is in Python."""

@@ -1,19 +1,22 @@
 """The explicit loop in Python, as one reads it; the kernel is its twin in C."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
 from cosim.arrays import FloatArray
 from cosim.errors import StepFailed
-from cosim.masters import curves, steps
+from cosim.masters import curves
 from cosim.masters.culprit import blame
 from cosim.masters.curves import Ends
+from cosim.masters.given import EndsOf, values_and_slopes
 from cosim.masters.master import Outcome
 from cosim.masters.point import Point
 from cosim.masters.refreshing import Refreshing
+from cosim.masters.slots import Slots
+from cosim.masters.steps import Step
 from cosim.masters.turns import MEAN, MIDPOINT, RAMP, SMOOTH, STEP_MEAN, Turn, Turns
+from cosim.masters.watch import Clock, Watch
 from cosim.slaves import breadcrumb
 from cosim.slaves.slave import Slave
 
@@ -25,92 +28,122 @@ class Stepping:
     """Each component takes one step per communication step, in its turn.
 
     While components step, the values of a point and the newest ones differ; they also do where a slow component is
-    ahead of the others. The point that `advance` was given stays as it was: whatever interrupts the step, it is the
-    last communication point reached.
+    ahead of the others. Whatever interrupts a step, the slots show the last communication point reached.
     """
 
-    records = False
+    records = True
 
-    def __init__(self, turns: Turns, slaves: Mapping[str, Slave]) -> None:
-        self.turns, self.layout, self.schedule = turns, turns.layout, turns.schedule
-        self._named, self.slaves = slaves, [slaves[turn.component.name] for turn in turns.all]
-        self._again = Refreshing(turns, slaves)
+    def __init__(self, turns: Turns, slaves: Mapping[str, Slave], watch: Watch) -> None:
+        self.turns, self.layout, self.schedule, self.watch = turns, turns.layout, turns.schedule, watch
+        self._named, self._slots = slaves, Slots(turns.layout)
+        self._together = all(turn.period == 1 for turn in turns.all)
+        self._steps = [
+            Step(turn, slaves[turn.component.name], self._slots, None if self._together else self._ends_of(turn))
+            for turn in turns.all
+        ]
+        self._again = Refreshing(turns, slaves, self._slots)
+        self._failure: BaseException | None = None
 
     def advance(self, point: Point, until: int) -> Outcome:
-        """Take communication steps up to `until`; see `Algorithm`."""
-        begun = point.index
+        """Go towards `until` and write rows; see `Algorithm`. Raises `StepFailed`, `ValueRefused`."""
+        if self._failure is not None:
+            raise self._failure
+        self._slots.put(point)
         try:
-            while point.index < until:
-                point = self._step(point)
-        except StepFailed as error:
-            blame(error, self._named)
-            raise
-        return Outcome(point, None, point.index - begun)
+            self._go(until)
+        except BaseException as error:
+            if isinstance(error, StepFailed):
+                blame(error, self._named)
+            if self._slots.index == point.index:
+                raise
+            self._failure = error  # raised by the next call: what was reached before counts
+        self._slots.show_inputs()
+        return Outcome(self._slots.reached(), None, self._slots.index - point.index)
 
-    def _step(self, at: Point) -> Point:
-        k = at.index
-        point = replace(at, newest=at.newest.copy(), begun=at.begun.copy())
+    def _go(self, until: int) -> None:
+        """Step until then, the block is full, a look is due, or the run is to end; the slots stand at a point."""
+        slots, watch, schedule = self._slots, self.watch, self.schedule
+        clock, here, stop = Clock(), breadcrumb.here(), watch.stop
+        take = self._take_all if self._together else self._take_due
+        k = slots.index
+        t, next_row = schedule.time(k), schedule.next_recorded(k)
+        while k < until and not stop.value and not watch.is_up(slots.point):
+            end = schedule.time(k + 1)
+            take(k, t, end - t)
+            self._again.refresh(k, end)
+            k, t = k + 1, end
+            slots.arrive(k, t)
+            here.time = t
+            if k == next_row:
+                watch.write(k, slots.row)
+                next_row = schedule.next_recorded(k)
+                if watch.block.full:
+                    return
+            if clock.is_due:
+                return
+
+    def _take_all(self, k: int, t: float, h: float) -> None:
+        """Take the steps of components that all step from each point to the next."""
+        for step in self._steps:
+            step.take(k, t, h)
+        self._slots.coming[:] = self._slots.newest
+
+    def _take_due(self, k: int, _t: float, _h: float) -> None:
+        """Take the steps that are due in communication step k, each over its own period."""
+        slots, schedule = self._slots, self.schedule
         for turn in self.turns.all:
             if turn.at_end and k == turn.start(k):
-                point.begun[:, turn.begun] = self._sources_at_start(point, turn, k)
-        for turn, slave in zip(self.turns.all, self.slaves, strict=True):
-            if turn.due(k, self.schedule):
-                self._take(point, turn, slave, k)
-        values = at.values.copy()
+                slots.begun[:, turn.begun] = self._sources_at_start(turn, k)
+        for step in self._steps:
+            if step.turn.due(k, schedule):
+                t = schedule.time(step.turn.start(k))
+                step.take(k, t, schedule.time(step.turn.end(k, schedule)) - t)
+        slots.coming[:] = slots.point
         for turn in self.turns.all:
-            if turn.end(k, self.schedule) == k + 1:
-                values[turn.component.outputs.slots] = point.newest[turn.component.outputs.slots]
-        self._again.refresh(point, values)
-        self.layout.show_inputs(values)
-        breadcrumb.here().time = self.schedule.time(k + 1)
-        return replace(point, index=k + 1, values=values)
+            if turn.end(k, schedule) == k + 1:
+                own = turn.component.outputs.slots
+                slots.coming[own] = slots.newest[own]
 
-    def _take(self, point: Point, turn: Turn, slave: Slave, k: int) -> None:
-        t = self.schedule.time(turn.start(k))
-        h = self.schedule.time(turn.end(k, self.schedule)) - t
-        a, da = point.begun[:, turn.begun] if turn.at_end else self._sources_at_start(point, turn, k)
-        b, db = self._sources_at_end(point, turn, k)
-        steps.take(turn, slave, Ends(a, b, da, db), point.values, point.newest, point.texts, t, h)
+    def _ends_of(self, turn: Turn) -> EndsOf:
+        """Return what gives values and slopes of a turn's sources at both ends of its period, at any rates."""
 
-    def _sources_at_start(self, point: Point, turn: Turn, k: int) -> FloatArray:
+        def ends(k: int) -> Ends:
+            a, da = self._slots.begun[:, turn.begun] if turn.at_end else self._sources_at_start(turn, k)
+            b, db = self._sources_at_end(turn, k)
+            return Ends(a, b, da, db)
+
+        return ends
+
+    def _sources_at_start(self, turn: Turn, k: int) -> FloatArray:
         """Return a, a': the sources' values and slopes where the target's period begins, shape (2, n_in)."""
-        found = _values_and_slopes(turn, point.values)
+        found = values_and_slopes(turn, self._slots.point)
         for i in np.flatnonzero(turn.ahead & np.isin(turn.timing, BETWEEN)):
-            found[:, i] = self._between(point, turn, int(i), k, turn.start(k))
+            found[:, i] = self._between(turn, int(i), k, turn.start(k))
         return found
 
-    def _sources_at_end(self, point: Point, turn: Turn, k: int) -> FloatArray:
+    def _sources_at_end(self, turn: Turn, k: int) -> FloatArray:
         """Return b, b': the sources' values and slopes where the target's period ends, shape (2, n_in)."""
-        found = _values_and_slopes(turn, point.newest)
+        found = values_and_slopes(turn, self._slots.newest)
         for i in np.flatnonzero(turn.ahead & (turn.timing != STEP_MEAN)):
             slow, end = self.turns.all[turn.source_turn[i]], turn.end(k, self.schedule)
             if slow.end(k, self.schedule) > end:
                 if turn.timing[i] in BETWEEN:
-                    found[:, i] = self._between(point, turn, int(i), k, end)
+                    found[:, i] = self._between(turn, int(i), k, end)
                 else:
-                    found[0, i] = point.values[turn.component.inputs.source[i]]
+                    found[0, i] = self._slots.point[turn.component.inputs.source[i]]
         return found
 
-    def _between(self, point: Point, turn: Turn, i: int, k: int, at: int) -> tuple[float, float]:
+    def _between(self, turn: Turn, i: int, k: int, at: int) -> tuple[float, float]:
         """Return a slow source's value and slope at communication point `at`, on the line or curve over its step."""
         source, slot = self.turns.all[turn.source_turn[i]], turn.component.inputs.source[i]
         begin, end = self.schedule.count(source.start(k)), self.schedule.count(source.end(k, self.schedule))
         since, whole = self.schedule.count(at) - begin, end - begin
-        a, b = float(point.values[slot]), float(point.newest[slot])
+        point, newest = self._slots.point, self._slots.newest
+        a, b = float(point[slot]), float(newest[slot])
         if not turn.curved[i]:
             return a + (b - a) * (since / whole), 0.0
         slope = turn.component.inputs.slope[i]
         h, s = whole / self.schedule.denominator, since / self.schedule.denominator
-        ends = Ends(*(np.array([x]) for x in (a, b, point.values[slope], point.newest[slope])))
+        ends = Ends(*(np.array([x]) for x in (a, b, point[slope], newest[slope])))
         value, rate = curves.at(ends.known(h), h, s)
         return float(value[0]), float(rate[0])
-
-
-def _values_and_slopes(turn: Turn, slots: FloatArray) -> FloatArray:
-    """Return the sources' values, and slopes where inputs follow curves, shape (2, n_in)."""
-    inputs = turn.component.inputs
-    found = np.zeros((2, len(inputs.links)))
-    found[0] = slots[inputs.source]
-    if turn.has_curves:
-        found[1] = np.where(turn.curved, slots[inputs.slope], 0.0)
-    return found

@@ -6,101 +6,61 @@ import numpy as np
 
 from cosim.arrays import FloatArray
 from cosim.errors import CallFailed, StepFailed
-from cosim.masters import curves
-from cosim.masters.calls import read_groups, refuse_values, write_inputs
-from cosim.masters.curves import Ends
+from cosim.masters.given import EndsOf, Given
 from cosim.masters.layout import Group
-from cosim.masters.turns import (
-    AFTER_STEP,
-    CURVE,
-    EXTRAPOLATED_MEAN,
-    LINE,
-    MEAN,
-    MIDPOINT,
-    SIGNAL,
-    SIGNAL_MEAN,
-    SIGNAL_SLOT,
-    STEP_MEAN,
-    Turn,
-)
-from cosim.masters.types import Texts
+from cosim.masters.slots import NEWEST, Slots, conversion, finiteness
+from cosim.masters.transfer import readers, slope_reader, slope_writer, stepper, writers
+from cosim.masters.turns import Turn
+from cosim.slaves.ready import Ready
 from cosim.slaves.slave import Slave
 
 
-def take(
-    turn: Turn,
-    slave: Slave,
-    ends: Ends,
-    begun: FloatArray,
-    newest: FloatArray,
-    texts: Texts,
-    t: float,
-    h: float,
-    *,
-    fresh: bool = False,
-) -> None:
-    """Step a component from t to t + h, its sources' values and slopes at both `ends` given.
+class Step:
+    """The steps of one component over a run, all calls of which are made ready here.
 
-    `begun`: all slots at t; `newest`: all slots, takes what the component returns. `fresh`: inputs that were held
-    between both ends are set to those of the end before outputs are read. Raises `StepFailed`, `ValueRefused`.
+    `ends` as in `Given`. `fresh`: inputs that were held between both ends are set to those of the end before outputs
+    are read.
     """
-    outputs = turn.component.outputs
-    try:
-        _set_inputs(turn, slave, ends, begun, newest, texts, t, h)
-        slave.do_step(t, h)
+
+    def __init__(
+        self, turn: Turn, slave: Slave, slots: Slots, ends: EndsOf | None = None, *, fresh: bool = False
+    ) -> None:
+        self.turn, self._slave, self._slots = turn, slave, slots
+        inputs, outputs, told = turn.component.inputs, turn.component.outputs, turn.derivatives
+        values = np.zeros(len(inputs.links))
+        self._given = given = Given(turn, slots, values, ends)
+        self._before, self._after = list[Ready](), readers(slave, outputs.groups, slots)
+        if inputs.links:
+            self._before = [given.find, *writers(slave, inputs, values, slots, lambda: given.t)]
+        if told.references:
+            self._before += given.find_slopes, slope_writer(slave, told.references, told.orders, given.slopes)
         if fresh and turn.halfway:
-            write_inputs(slave, turn.component.inputs, _at_end(turn, ends), texts)
-        read_groups(slave, outputs.groups, newest, texts)
+            at_end = conversion(inputs, slots, slots.places(NEWEST, inputs.source), values)
+            self._after[:0] = at_end, *writers(slave, inputs, values, slots, lambda: given.t + given.h)
         if outputs.derivative_references:
-            newest[outputs.derivatives] = slave.get_output_derivatives(
-                outputs.derivative_references, outputs.derivative_orders
-            )
-    except CallFailed as error:
-        raise failed_step(error, t, h) from error
-    refuse_not_finite(turn, slave, t, h, outputs.groups, newest)
-    if outputs.differences is not None:
-        outputs.differences.take(begun, newest, h)
+            self._after.append(slope_reader(slave, outputs, slots))
+        self._step, self._are_finite = stepper(slave), finiteness(slots.newest, outputs.finite)
+        self._differences = outputs.differences
 
+    def take(self, k: int, t: float, h: float) -> None:
+        """Step from t to t + h, the component's period in communication step k; `newest` takes what it returns.
 
-def _at_end(turn: Turn, ends: Ends) -> FloatArray:
-    return turn.component.inputs.factor * ends.b + turn.component.inputs.addend
-
-
-def _set_inputs(
-    turn: Turn, slave: Slave, ends: Ends, begun: FloatArray, newest: FloatArray, texts: Texts, t: float, h: float
-) -> None:
-    inputs, derivatives, timing = turn.component.inputs, turn.derivatives, turn.timing
-    if not inputs.links:
-        return
-    if turn.has_curves:
-        ends = ends.known(h)
-    value = ends.a.copy()
-    held = (timing == AFTER_STEP) | (timing == STEP_MEAN)
-    value[held] = ends.b[held]
-    middle = timing == MIDPOINT
-    value[middle] = 0.5 * (ends.a[middle] + ends.b[middle])
-    mean = timing == MEAN
-    value[mean] = curves.mean(ends, h)[mean]
-    for i in np.flatnonzero(timing == EXTRAPOLATED_MEAN):
-        value[i] += 0.5 * h * slope_or_none(begun[inputs.slope[i]])
-    signal = (timing == SIGNAL) | (timing == SIGNAL_MEAN)
-    value[signal] = newest[inputs.signal[signal]]
-    given = inputs.factor * value + inputs.addend
-    refuse_values(inputs, given, t)
-    write_inputs(slave, inputs, given, texts)
-    if derivatives.references:
-        at = derivatives.position
-        here = Ends(*(part[at] for part in ends))
-        order, form = derivatives.order, derivatives.form
-        slope = np.where(form == LINE, (here.b - here.a) / h, slope_or_none(begun[derivatives.slot]))
-        curve = np.where(order == 1, here.da, np.where(order == 2, curves.second(here, h), curves.third(here, h)))
-        slope = np.where(form == CURVE, curve, np.where(form == SIGNAL_SLOT, newest[derivatives.slot], slope))
-        slave.set_input_derivatives(derivatives.references, derivatives.orders, inputs.factor[at] * slope)
-
-
-def slope_or_none(slope: FloatArray) -> FloatArray:
-    """Return slopes that are known; an input whose source's slope is not is held."""
-    return np.where(np.isnan(slope), 0.0, slope)
+        Raises `StepFailed`, `ValueRefused`.
+        """
+        given = self._given
+        given.k, given.t, given.h = k, t, h
+        try:
+            for call in self._before:
+                call()
+            self._step(t, h)
+            for call in self._after:
+                call()
+        except CallFailed as error:
+            raise failed_step(error, t, h) from error
+        if not self._are_finite():
+            refuse_not_finite(self.turn, self._slave, t, h, self.turn.component.outputs.groups, self._slots.newest)
+        if self._differences is not None:
+            self._differences.take(self._slots.point, self._slots.newest, h)
 
 
 def failed_step(error: CallFailed, t: float, h: float) -> StepFailed:

@@ -3,6 +3,7 @@
 import ctypes
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -81,6 +82,13 @@ class Watch:
             self.block.append(self.schedule.time(point.index), self.layout.columns.row(point.values))
             self.last_row = point.index
 
+    def write(self, index: int, row: Callable[[FloatArray], None]) -> None:
+        """Record communication point `index`; `row` puts its row, time first, into an array that it is given."""
+        count = self.block.count
+        row(self.block.data[count])
+        self.block.count = count + 1
+        self.last_row = index
+
     def again(self, point: Point) -> None:
         """Record a point once more, in place of its row, which is the last and not yet taken."""
         if self.last_row == point.index and self.block.count:
@@ -94,8 +102,12 @@ class Watch:
 
     def flag_is_up(self, point: Point) -> bool:
         """Whether the flag that ends the run is up at a point."""
+        return self.is_up(point.values)
+
+    def is_up(self, values: FloatArray) -> bool:
+        """Whether it is, by the values of all slots."""
         slot = self.layout.stop_slot
-        return slot >= 0 and bool(point.values[slot] > FLAG)
+        return slot >= 0 and bool(values[slot] > FLAG)
 
 
 class Clock:

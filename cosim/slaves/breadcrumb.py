@@ -9,23 +9,25 @@ import os
 import threading
 from collections.abc import Generator
 from contextlib import contextmanager
+from typing import Any
 
 THREADS = 64
 """How many threads have a breadcrumb that a handler sees; one more thread flies without."""
 
 
 class Breadcrumb(ctypes.Structure):
-    """One thread's: `function` is in memory while `instance` is in that call, `run` while the kernel runs.
+    """One thread's: `function` is set while `instance` is in that call, `run` while the kernel runs.
 
-    `time`: s, of the communication point, NaN before the first. `file`: descriptor of run.json, -1 where there is none,
-    and `at` where its status stands in it; `rows`: the path of the file that keeps the rows.
+    Both are texts, each at its `address`. `time`: s, of the communication point, NaN before the first. `file`:
+    descriptor of run.json, -1 where there is none, and `at` where its status stands in it; `rows`: the path of the file
+    that keeps the rows.
     """
 
     _fields_ = [
         ("thread", ctypes.c_longlong),
         ("process", ctypes.c_longlong),
-        ("instance", ctypes.c_char_p),
-        ("function", ctypes.c_char_p),
+        ("instance", ctypes.c_void_p),
+        ("function", ctypes.c_void_p),
         ("run", ctypes.c_void_p),
         ("time", ctypes.c_double),
         ("file", ctypes.c_longlong),
@@ -39,9 +41,19 @@ ALL = (Breadcrumb * THREADS)()
 
 ctypes.pythonapi.Py_IncRef(ctypes.py_object(ALL))  # at exit handlers still look, when Python has freed its modules
 
+_addresses: dict[bytes, int] = {}
+_texts: list[Any] = []  # for ever, for a handler may read them at any time
 _free = list(range(THREADS))
 _lock = threading.Lock()
 _own = threading.local()
+
+
+def address(text: bytes) -> int:
+    """Return where a text stands in memory, for as long as the process lives."""
+    if text not in _addresses:
+        _texts.append(ctypes.create_string_buffer(text))
+        _addresses[text] = ctypes.addressof(_texts[-1])
+    return _addresses[text]
 
 
 def here() -> Breadcrumb:
@@ -81,7 +93,7 @@ class inside:  # noqa: N801 - it reads as a function; a generator would take fou
     """Within, this thread is in a function of an instance; both in UTF-8."""
 
     def __init__(self, instance: bytes, function: bytes) -> None:
-        self._breadcrumb, self._instance, self._function = here(), instance, function
+        self._breadcrumb, self._instance, self._function = here(), address(instance), address(function)
 
     def __enter__(self) -> None:
         self._breadcrumb.instance = self._instance

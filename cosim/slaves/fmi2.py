@@ -15,6 +15,7 @@ from cosim.slaves import breadcrumb
 from cosim.slaves.binary import Unmoved
 from cosim.slaves.instance import Instance
 from cosim.slaves.pending import STOP_IS_ASKED, TIME_IS_UP
+from cosim.slaves.ready import ReadyCalls
 from cosim.slaves.shelf import SHELF
 from cosim.slaves.slave import CInterface, References, Refusal, note_warnings
 
@@ -217,6 +218,20 @@ class FmuSlave(Instance):
         if not self._alive:
             return None
         return CInterface(int(self._fmu.component), self._fmu.addresses)
+
+    def ready(self) -> ReadyCalls | None:
+        """Return the instance for a loop in Python; see `ReadyCalls`."""
+        found = self.c_interface()
+        return None if found is None else ReadyCalls(self.name, found, self._returned)
+
+    def _returned(self, function: str, status: int) -> None:
+        """Take a status that is not fmi2OK."""
+        if status == fmi2.fmi2Warning:
+            note_warnings(self.warned, function, 1, breadcrumb.here().time)
+        elif status == fmi2.fmi2Pending and function == "fmi2DoStep":
+            self._wait()
+        else:
+            raise self._failure(FMICallException(function=function, status=status))
 
     def failed(self, status: int) -> Refusal:
         """Note a call that failed; return what the FMU says of it where it discarded the call."""

@@ -124,7 +124,7 @@ def kernel(flight: Flight) -> Kernel:
 
 
 def python(flight: Flight) -> Stepping:
-    return Stepping(flight.course.turns, flight.slaves)
+    return Stepping(flight.course.turns, flight.slaves, flight.watch)
 
 
 def table(folder: Path, loops: ctypes.CDLL, pairs: int, master: Explicit, budget: float) -> dict[str, list[float]]:

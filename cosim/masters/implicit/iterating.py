@@ -8,13 +8,13 @@ import numpy as np
 
 from cosim.arrays import FloatArray
 from cosim.errors import NotConverged, StepFailed
-from cosim.masters import steps
 from cosim.masters.culprit import blame
-from cosim.masters.curves import Ends
 from cosim.masters.implicit import differences, newton, sensitivity
 from cosim.masters.implicit.plan import Loop, Memory, Plan
 from cosim.masters.master import Outcome
 from cosim.masters.point import Point
+from cosim.masters.slots import Slots
+from cosim.masters.steps import Step
 from cosim.slaves import breadcrumb
 from cosim.slaves.slave import Slave
 
@@ -34,6 +34,10 @@ class Iterating:
         self.plan, self.turns, self.tolerance = plan, plan.turns, tolerance
         self.layout, self.schedule = plan.turns.layout, plan.turns.schedule
         self._named, self.slaves = slaves, [slaves[turn.component.name] for turn in plan.turns.all]
+        self._slots = Slots(self.layout)
+        self._steps = [
+            Step(turn, slave, self._slots, fresh=True) for turn, slave in zip(self.turns.all, self.slaves, strict=True)
+        ]
         self.evaluations = 0
 
     def advance(self, point: Point, until: int) -> Outcome:
@@ -85,34 +89,20 @@ class Iterating:
 
         Raises `StepFailed`, `ValueRefused`. The point returned has the index of the one given.
         """
-        newest, memory = point.values.copy(), point.memory.copy()
+        memory, slots = point.memory.copy(), self._slots
+        slots.put(replace(point, newest=point.values))
         for stage in self.plan.stages:
             if isinstance(stage, Loop):
-                self._solve(stage, point, newest, memory, t, h, saved)
+                self._solve(stage, memory, t, h, saved)
             else:
-                self._take(stage, point, newest, t, h)
+                self._steps[stage].take(point.index, t, h)
+        newest = slots.newest.copy()
         self.layout.show_inputs(newest)
         return replace(point, values=newest, newest=newest, memory=memory)
 
-    def _take(self, place: int, point: Point, newest: FloatArray, t: float, h: float) -> None:
-        """Step one component whose sources' values at the end are known, or guessed, in `newest`."""
-        turn = self.turns.all[place]
-        inputs = turn.component.inputs
-        ends = Ends(point.values[inputs.source], newest[inputs.source], *self._slopes(place, point, newest))
-        steps.take(turn, self.slaves[place], ends, point.values, newest, point.texts, t, h, fresh=True)
-
-    def _slopes(self, place: int, point: Point, newest: FloatArray) -> tuple[FloatArray, FloatArray]:
-        turn = self.turns.all[place]
-        slots, none = turn.component.inputs.slope, np.zeros(len(turn.timing))
-        if not turn.has_curves:
-            return none, none
-        return np.where(turn.curved, point.values[slots], 0.0), np.where(turn.curved, newest[slots], 0.0)
-
-    def _solve(
-        self, loop: Loop, point: Point, newest: FloatArray, memory: FloatArray, t: float, h: float, saved: "Saved"
-    ) -> None:
+    def _solve(self, loop: Loop, memory: FloatArray, t: float, h: float, saved: "Saved") -> None:
         """Find the unknowns of a loop; raises `NotConverged`."""
-        stepped = False
+        slots, stepped = self._slots, False
 
         def evaluate(x: FloatArray) -> FloatArray:
             nonlocal stepped
@@ -120,10 +110,10 @@ class Iterating:
                 saved.restore(loop.turns)
             stepped = True
             self.evaluations += 1
-            newest[loop.slots] = x
+            slots.newest[loop.slots] = x
             for place in loop.turns:
-                self._take(place, point, newest, t, h)
-            return newest[loop.slots]
+                self._steps[place].take(slots.index, t, h)
+            return slots.newest[loop.slots]
 
         def derived(_x: FloatArray, _result: FloatArray) -> FloatArray:
             return sensitivity.jacobian(loop.members, loop.slots, self.layout.size, self._named, h)
@@ -133,7 +123,7 @@ class Iterating:
 
         renewals = [derived, differenced] if loop.members else [differenced]
         learned = Memory(memory[loop.memory], loop.size)
-        found = newton.find(loop, learned, point.values[loop.slots], h, self.tolerance, evaluate, renewals)
+        found = newton.find(loop, learned, slots.point[loop.slots], h, self.tolerance, evaluate, renewals)
         if not found.known:
             worst = loop.names[found.worst]
             component, _, variable = worst.partition(".")

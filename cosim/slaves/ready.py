@@ -1,0 +1,103 @@
+"""Calls of FMI 2.0 that are made ready once, for a loop in Python that makes the same calls in every step.
+
+Arguments and arrays are those of ctypes already, and the breadcrumb is that of the thread that makes them ready. They
+hold for one instance, until it is freed.
+"""
+
+import ctypes
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from cosim.arrays import FloatArray
+from cosim.slaves import breadcrumb
+from cosim.slaves.slave import CInterface, References, Slave
+
+Ready = Callable[[], None]
+"""A call that only has to be made; raises `CallFailed`."""
+
+_FUNCTION = ctypes.CFUNCTYPE(ctypes.c_int)  # no argtypes: what is passed is of ctypes, and need not be converted
+_DO_STEP = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_int)
+
+
+class ReadyCalls:
+    """The calls of one instance; `returned(function, status)` takes each status that is not fmi2OK.
+
+    Arrays are of doubles, contiguous, a value for each value reference; the calls read and write them where they are.
+    """
+
+    def __init__(self, name: str, interface: CInterface, returned: Callable[[str, int], None]) -> None:
+        self._interface, self._returned = interface, returned
+        self._crumb, self._instance = breadcrumb.here(), breadcrumb.address(name.encode())
+
+    def get_real(self, references: References, into: FloatArray) -> Ready:
+        """Return fmi2GetReal."""
+        return self._call("fmi2GetReal", references, into)
+
+    def set_real(self, references: References, values: FloatArray) -> Ready:
+        """Return fmi2SetReal."""
+        return self._call("fmi2SetReal", references, values)
+
+    def set_input_derivatives(self, references: References, orders: References, values: FloatArray) -> Ready:
+        """Return fmi2SetRealInputDerivatives."""
+        return self._call("fmi2SetRealInputDerivatives", references, values, orders)
+
+    def get_output_derivatives(self, references: References, orders: References, into: FloatArray) -> Ready:
+        """Return fmi2GetRealOutputDerivatives."""
+        return self._call("fmi2GetRealOutputDerivatives", references, into, orders)
+
+    def do_step(self) -> Callable[[float, float], None]:
+        """Return fmi2DoStep, called with t and h in s."""
+        step = _DO_STEP(self._interface.functions["fmi2DoStep"])
+        component = ctypes.c_void_p(self._interface.component)
+        crumb, instance, name = self._crumb, self._instance, breadcrumb.address(b"fmi2DoStep")
+        returned = self._returned
+
+        def do_step(t: float, h: float) -> None:
+            crumb.instance, crumb.function = instance, name
+            try:
+                status = step(component, t, h, 1)
+            finally:
+                crumb.function = None
+            if status:
+                returned("fmi2DoStep", status)
+
+        return do_step
+
+    def _call(self, function: str, references: References, values: FloatArray, orders: Sequence[int] = ()) -> Ready:
+        n = len(references)
+        if values.shape != (n,) or values.dtype != np.float64 or not values.flags.c_contiguous:
+            raise ValueError(f"{function}: {n} values in a contiguous array of doubles, not {values.shape}")
+        arguments: list[Any] = [ctypes.c_void_p(self._interface.component), (ctypes.c_uint * n)(*references)]
+        arguments += [ctypes.c_size_t(n), *([(ctypes.c_int * n)(*orders)] if orders else [])]
+        arguments.append(np.ctypeslib.as_ctypes(values))
+        call = partial(_FUNCTION(self._interface.functions[function]), *arguments)
+        crumb, instance, name = self._crumb, self._instance, breadcrumb.address(function.encode())
+        returned = self._returned
+
+        def made() -> None:
+            crumb.instance, crumb.function = instance, name
+            try:
+                status = call()
+            finally:
+                crumb.function = None
+            if status:
+                returned(function, status)
+
+        return made
+
+
+@runtime_checkable
+class Offers(Protocol):
+    """A slave that may offer ready calls."""
+
+    def ready(self) -> ReadyCalls | None:
+        """Return them; None for an instance that is not one of C."""
+        ...
+
+
+def ready_calls(slave: Slave) -> ReadyCalls | None:
+    """Return the ready calls of a slave that offers them."""
+    return slave.ready() if isinstance(slave, Offers) else None
