@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cosim.cli import building, comparing, completion, console, exporting, plotting, verifying
+from cosim.cli import building, comparing, completion, console, ending, exporting, plotting, resuming, verifying
 from cosim.cli import events as happening
 from cosim.cli import inputs as feeding
 from cosim.cli.isolating import Isolate, IsolationTimeout, with_isolation
 from cosim.cli.options import (
     Backend,
     Extrapolation,
-    Flown,
     Force,
     Inputs,
     Master,
@@ -30,11 +29,11 @@ from cosim.cli.options import (
     reported,
     times,
 )
-from cosim.errors import ResultUnwritable, SimulationError
 from cosim.results.names import FORMATS
+from cosim.time import parse_seconds
 
 if TYPE_CHECKING:
-    from cosim.cli.library import Library
+    from cosim.cli.ending import Progress
     from cosim.results.result import Result
 
 HELP = """Spacecraft attitude-control co-simulation with FMI 2.0 FMUs.
@@ -125,7 +124,8 @@ def show_(
 
 @app.command()
 def run(
-    name: Flown,
+    context: typer.Context,
+    name: resuming.Named = None,
     changes: happening.Changes = None,
     use: Use = None,
     set_: Set = None,
@@ -156,6 +156,8 @@ def run(
     isolate: Isolate = None,
     isolation_timeout: IsolationTimeout = None,
     backend: Backend = "native",
+    checkpoint: resuming.Checkpoints = None,
+    resume: resuming.Resume = None,
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="Folder for the result. Default: results/SYSTEM.")
     ] = None,
@@ -177,6 +179,12 @@ def run(
     from cosim.flights import simulate
     from cosim.studies import metrics, papers
 
+    if resume is not None:
+        with reported():
+            resuming.fly_on(context, resume, stop, plot=plot)
+        return
+    if name is None:
+        raise typer.BadParameter("say what is to fly, or go on with a run: --resume DIR", param_hint="NAME")
     with reported():
         system, experiment = scenario.load(name, *times(stop, step))
         owner = papers.find_owner(name)
@@ -203,24 +211,21 @@ def run(
         experiment = happening.with_events(experiment, at or [], changes or [])
         system, experiment = with_isolation(system, experiment, isolate, isolation_timeout)
         folder = out if out is not None else Path("results") / system.name
-        with console.progress(system.name) as progress:
-            failure: SimulationError | None = None
-            try:
-                result = simulate(
-                    system,
-                    experiment,
-                    out=folder,
-                    locate=locate,
-                    progress=progress,
-                    format=format,
-                    overwrite=force,
-                    swaps=swaps,
-                    metrics=lambda run: metrics.measure(run, threshold),
-                )
-            except SimulationError as error:
-                if error.result is None:
-                    raise
-                failure, result = error, error.result
+
+        def fly(progress: "Progress") -> "Result":
+            return simulate(
+                system,
+                experiment,
+                out=folder,
+                locate=locate,
+                progress=progress,
+                format=format,
+                overwrite=force,
+                swaps=swaps,
+                metrics=lambda run: metrics.measure(run, threshold),
+                checkpoint=None if checkpoint is None else parse_seconds(checkpoint, "--checkpoint"),
+            )
+
         changed = (
             fed or None,
             at,
@@ -234,17 +239,10 @@ def run(
             tolerance,
             master_tolerance,
         )
-        if system.hold_unconnected:
-            console.write_held(result, system.held)
-        try:
-            as_published = not any(option not in (None, []) for option in changed)
-            _tell(name, result, locate if plot else None, as_published)
-        except ResultUnwritable as error:  # the run was flown; what ended it is the first to be told
-            failure, error.result = failure or error, result
-        if failure is not None:
-            raise failure
-        if result.info["status"] != "finished":
-            raise typer.Exit(1)
+        as_published = not any(option not in (None, []) for option in changed)
+        if checkpoint is not None:
+            system = replace(system, source=resuming.noted(system, name, threshold, as_published))
+        ending.fly(name, system, fly, locate if plot else None, as_published)
 
 
 app.command("plot")(plotting.plot_)
@@ -298,33 +296,3 @@ def reproduce_(
 
 
 app.command("compare")(comparing.compare_)
-
-
-def _tell(name: str, result: "Result", locate: "Library | None", as_published: bool) -> None:
-    """Print metrics, the claims that this run decides (of the paper's own parameters only), and the files written.
-
-    `locate`: figures are drawn too.
-    """
-    from cosim.results.names import FILES
-    from cosim.studies import papers
-
-    console.write_summary(result)
-    own = result.info["status"] == "finished" and as_published
-    if own:
-        console.write_claims(papers.judge_run(name, result))
-    remark = papers.explain_open(name, result, as_published)
-    if remark:
-        console.write(remark)
-    if result.folder is None:
-        return
-    files = [result.folder / file for file in FILES if (result.folder / file).exists()]
-    if locate is not None and len(result) > 1:
-        from cosim.studies import plots
-
-        drawn, notes = plotting.draw_runs({result.info["system"]: result}, locate)
-        files += plots.save(drawn, result.folder)
-        for note in notes:
-            console.note(note)
-        if not drawn:
-            console.note_nothing_drawn()
-    console.write_files(files)

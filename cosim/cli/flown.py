@@ -8,8 +8,9 @@ from typing import Any
 from cosim.cli import console
 from cosim.errors import ResultUnreadable, near
 from cosim.results import process, story
+from cosim.results.checkpoint import Checkpoint, CheckpointRefused
 from cosim.results.folder import holds_result
-from cosim.results.names import FORMATS, INFO, STREAM
+from cosim.results.names import CHECKPOINT, FORMATS, INFO, STREAM
 from cosim.results.result import Result
 
 
@@ -24,7 +25,7 @@ def write_result(folder: Path) -> None:
     Of a run whose process has died run.json says so from now on.
     """
     info = story.settle(folder)
-    console.write("\n".join([*_ending(info), _rows(folder, info), *_process(info)]))
+    console.write("\n".join([*_ending(info), _rows(folder, info), *_checkpoint(folder), *_process(info)]))
     components: Mapping[str, Mapping[str, Any]] = info.get("components", {})
     rows = [(name, c["reference"], c["generation_tool"] or "", c["guid"]) for name, c in components.items()]
     console.write_table(("instance", "FMU", "made by", "GUID"), rows, whole=(0, 1))
@@ -57,6 +58,18 @@ def _rows(folder: Path, info: Mapping[str, Any]) -> str:
     lost = info.get("rows", len(result)) - len(result)
     missing = f"; {lost} more were recorded" if lost > 0 else ""
     return f"{len(result)} rows{reached}, in {near(folder / file)}{missing}"
+
+
+def _checkpoint(folder: Path) -> Sequence[str]:
+    """Return what can be gone on from: the time that the checkpoint is of, its rows, when it was saved, and how."""
+    if not (folder / CHECKPOINT).exists():
+        return []
+    try:
+        found = Checkpoint.read(folder)
+    except CheckpointRefused as error:
+        return [f"no checkpoint: {error}"]
+    of = f"checkpoint of {found.time:.12g} s with {found.rows} rows, saved {found.written[:19].replace('T', ' ')} UTC"
+    return [f"{of}, then every {found.every} s; go on from it: adcs run --resume {near(folder)}"]
 
 
 def _process(info: Mapping[str, Any]) -> Sequence[str]:

@@ -33,13 +33,13 @@ static integer point_count(const Run *r, integer k)
 /* The next point after k that is recorded: time.py, Schedule.recorded. */
 static integer next_recorded(const Run *r, integer k)
 {
-    integer i, before = 0, after, next;
+    integer i, before = 0, after, next; /* after: the last point of the grid to k that is recorded */
     for (i = 0; i < r->divisions; i++) before += r->divided_at[i] <= k;
-    after = k - before; /* of the grid, the last point up to k */
+    after = (k - before) / r->every * r->every;
     if (r->every >= r->steps - after) {
         next = r->steps;
     } else {
-        next = (after / r->every + 1) * r->every;
+        next = after + r->every;
         for (i = 0; i < r->divisions && r->divided_at[i] <= next; i++) next++;
         if (next > r->steps) next = r->steps;
     }
