@@ -21,15 +21,15 @@ class GyroNoise:
     """Random walks of a gyro, of every axis."""
 
     angle_random_walk = Parameter(
-        unit="rad/s/Hz(1/2)",
+        unit="rad/s/Hz^(1/2)",
         shape=(3,),
-        display_unit="deg/h(1/2)",
+        display_unit="deg/h^(1/2)",
         doc="sigma_v, deviation of the integrated rate's noise after 1 s: the rate of a sample has sigma_v / T^1/2",
     )
     rate_random_walk = Parameter(
-        unit="rad/s2/Hz(1/2)",
+        unit="rad/s2/Hz^(1/2)",
         shape=(3,),
-        display_unit="deg/h(3/2)",
+        display_unit="deg/h^(3/2)",
         doc="sigma_u, deviation of the bias's walk after 1 s",
     )
 

@@ -26,7 +26,7 @@ J = Parameter(
     unit="kg.m2", shape=(3, 3), start=neutral.J, shared=True, doc="inertia of the undeformed spacecraft, rotors locked"
 )
 delta = Parameter(
-    unit="kg(1/2).m",
+    unit="kg^(1/2).m",
     shape=("modes", 3),
     start=lambda c: neutral.coupling(c.modes),
     shared=True,

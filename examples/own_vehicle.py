@@ -8,8 +8,8 @@ from cosim.studies import plots
 T = 0.1  # s, sample time of sensors, filter and computer
 SPIN_AXES = np.array([[1, 1, -1, -1], [1, -1, -1, 1], [1, 1, 1, 1]]) / np.sqrt(3)  # a pyramid, a column a wheel
 NOISE = {
-    "angle_random_walk": Value(0.01, "deg/h(1/2)"),
-    "rate_random_walk": Value(0.05, "deg/h(3/2)"),
+    "angle_random_walk": Value(0.01, "deg/h^(1/2)"),
+    "rate_random_walk": Value(0.05, "deg/h^(3/2)"),
     "cross_noise": Value(5, "arcsec"),
     "roll_noise": Value(40, "arcsec"),
 }

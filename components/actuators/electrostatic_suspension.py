@@ -27,7 +27,7 @@ class ElectrostaticSuspension(Component):
     torque_limit = Parameter(unit="N.m", shape=(3,), start=neutral.NO_LIMIT, doc="largest torque, each axis; 1e9: none")
     torque_rate = Parameter(unit="N.m/s", shape=(3,), doc="fastest change of the torque; 0: no limit")
     torque_quantum = Parameter(unit="N.m", shape=(3,), doc="step of the torque; 0: none")
-    torque_noise = Parameter(unit="N.m/Hz(1/2)", shape=(3,), doc="spectral density of the torque noise")
+    torque_noise = Parameter(unit="N.m/Hz^(1/2)", shape=(3,), doc="spectral density of the torque noise")
     seed = Parameter(unit="1", start=12.0, doc="seed of the noise, a whole number")
 
     tau_command_T = Input(unit="N.m", shape=(3,), nominal=1e-8, doc="torque wanted on the test mass")

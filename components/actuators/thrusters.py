@@ -30,11 +30,11 @@ class Thrusters(Component):
     force_upper = Parameter(unit="N", shape=(3,), start=neutral.NO_LIMIT, doc="largest force, each axis; 1e9: none")
     force_rate = Parameter(unit="N/s", shape=(3,), doc="fastest change of the force; 0: no limit")
     force_quantum = Parameter(unit="N", shape=(3,), doc="step of the force; 0: none")
-    force_noise = Parameter(unit="N/Hz(1/2)", shape=(3,), doc="density of the force noise")
+    force_noise = Parameter(unit="N/Hz^(1/2)", shape=(3,), doc="density of the force noise")
     torque_limit = Parameter(unit="N.m", shape=(3,), start=neutral.NO_LIMIT, doc="largest torque, each axis; 1e9: none")
     torque_rate = Parameter(unit="N.m/s", shape=(3,), doc="fastest change of the torque; 0: no limit")
     torque_quantum = Parameter(unit="N.m", shape=(3,), doc="step of the torque; 0: none")
-    torque_noise = Parameter(unit="N.m/Hz(1/2)", shape=(3,), doc="density of the torque noise")
+    torque_noise = Parameter(unit="N.m/Hz^(1/2)", shape=(3,), doc="density of the torque noise")
     seed = Parameter(unit="1", start=11.0, doc="seed of the noise, a whole number")
 
     f_command_S = Input(unit="N", shape=(3,), nominal=1e-2, doc="force wanted on the satellite")

@@ -87,13 +87,13 @@ class IntegralSlidingMode(Component):
     Omega = vehicle.Omega
     zeta = vehicle.zeta
     G_e = Parameter(unit="N.m/rad", shape=(3, 3), start=_gain("e"), doc="gain of e")
-    G_eta = Parameter(unit="kg(1/2).m/s2", shape=(3, "modes"), start=_gain("eta"), doc="gain of eta")
+    G_eta = Parameter(unit="kg^(1/2).m/s2", shape=(3, "modes"), start=_gain("eta"), doc="gain of eta")
     G_omega = Parameter(unit="N.m.s/rad", shape=(3, 3), start=_gain("omega"), doc="gain of the rate")
-    G_eta_dot = Parameter(unit="kg(1/2).m/s", shape=(3, "modes"), start=_gain("eta_dot"), doc="gain of eta'")
+    G_eta_dot = Parameter(unit="kg^(1/2).m/s", shape=(3, "modes"), start=_gain("eta_dot"), doc="gain of eta'")
     D_e = Parameter(unit="N.m/rad", shape=(3, 3), start=np.eye(3), doc="surface, coefficient of e")
-    D_eta = Parameter(unit="kg(1/2).m/s2", shape=(3, "modes"), doc="surface, coefficient of eta")
+    D_eta = Parameter(unit="kg^(1/2).m/s2", shape=(3, "modes"), doc="surface, coefficient of eta")
     D_omega = Parameter(unit="N.m.s/rad", shape=(3, 3), start=5 * np.eye(3), doc="surface, coefficient of the rate")
-    D_eta_dot = Parameter(unit="kg(1/2).m/s", shape=(3, "modes"), doc="surface, coefficient of eta'")
+    D_eta_dot = Parameter(unit="kg^(1/2).m/s", shape=(3, "modes"), doc="surface, coefficient of eta'")
     network = Parameter(unit="1", doc="1: gain of each axis from the network, 0: constant_gain")
     constant_gain = Parameter(
         unit="N.m", start=0.05, doc="rho_0, constant switching gain, without network; 0: the linear law"
@@ -111,8 +111,8 @@ class IntegralSlidingMode(Component):
     hub_inverse = CalculatedParameter(unit="1/(kg.m2)", shape=(3, 3), doc="inverse of M = J - delta^T delta")
     DB = CalculatedParameter(unit="1/s", shape=(3, 3), doc="D B, torque to rate of the surface")
 
-    eta = Input(unit="kg(1/2).m", shape=("modes",), nominal=1e-2, doc="modal coordinate, measured or estimated")
-    eta_dot = Input(unit="kg(1/2).m/s", shape=("modes",), nominal=1e-2, doc="modal rate, measured or estimated")
+    eta = Input(unit="kg^(1/2).m", shape=("modes",), nominal=1e-2, doc="modal coordinate, measured or estimated")
+    eta_dot = Input(unit="kg^(1/2).m/s", shape=("modes",), nominal=1e-2, doc="modal rate, measured or estimated")
 
     integral = State(unit="N.m", shape=(3,), calculated=True, nominal=0.1, doc="I, integral part of the surface")
     W = State(unit="N.m", shape=(3, "nodes"), nominal=0.1, doc="weights of the network, a row an axis")

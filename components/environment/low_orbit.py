@@ -61,7 +61,7 @@ class LowOrbit(Component):
     terminator_width = Parameter(unit="m", start=2e5, doc="width of the change from day to night along the Sun's line")
     penumbra_width = Parameter(unit="m", start=2e4, doc="width of the penumbra across the Sun's line")
     gust_density = Parameter(
-        unit="N/Hz(1/2)",
+        unit="N/Hz^(1/2)",
         shape=(3,),
         doc="spectral density of the gusts below gust_corner: along the track, lateral (6)",
     )

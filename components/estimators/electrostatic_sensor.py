@@ -28,8 +28,8 @@ class ElectrostaticSensor(Component):
     role = "sensor"
     sample_time = neutral.SAMPLE
 
-    position_noise = Parameter(unit="m/Hz(1/2)", shape=(3,), doc="density of the noise of the position")
-    attitude_noise = Parameter(unit="rad/Hz(1/2)", shape=(3,), doc="density of the noise of the attitude")
+    position_noise = Parameter(unit="m/Hz^(1/2)", shape=(3,), doc="density of the noise of the position")
+    attitude_noise = Parameter(unit="rad/Hz^(1/2)", shape=(3,), doc="density of the noise of the attitude")
     filter_time = Parameter(unit="s", start=neutral.SAMPLE, doc="T_f, time constant of the velocity filter")
     seed = Parameter(unit="1", start=22.0, doc="seed of the noise, a whole number")
 

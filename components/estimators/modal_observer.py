@@ -41,10 +41,10 @@ class ModalObserver(Component):
     delta = vehicle.delta
     Omega = vehicle.Omega
     zeta = vehicle.zeta
-    L_eta = Parameter(unit="kg(1/2).m.s", shape=("modes", 3), doc="gain on the rate's model, for eta")
-    L_psi = Parameter(unit="kg(1/2).m", shape=("modes", 3), doc="gain on the rate's model, for psi")
-    eta_start = Parameter(unit="kg(1/2).m", shape=("modes",), doc="estimate of eta at the start")
-    eta_dot_start = Parameter(unit="kg(1/2).m/s", shape=("modes",), doc="estimate of eta' at the start")
+    L_eta = Parameter(unit="kg^(1/2).m.s", shape=("modes", 3), doc="gain on the rate's model, for eta")
+    L_psi = Parameter(unit="kg^(1/2).m", shape=("modes", 3), doc="gain on the rate's model, for psi")
+    eta_start = Parameter(unit="kg^(1/2).m", shape=("modes",), doc="estimate of eta at the start")
+    eta_dot_start = Parameter(unit="kg^(1/2).m/s", shape=("modes",), doc="estimate of eta' at the start")
     hub_inverse = CalculatedParameter(unit="1/(kg.m2)", shape=(3, 3), doc="inverse of M = J - delta^T delta")
 
     omega_BN_B = Input(unit="rad/s", shape=(3,), display_unit="deg/s", nominal=1e-2, doc="body rate, measured")
@@ -56,11 +56,11 @@ class ModalObserver(Component):
         doc="momentum stored by the actuators, minus its rate their torque; not used where L = 0",
     )
 
-    z_eta = State(unit="kg(1/2).m", shape=("modes",), calculated=True, nominal=1e-2, doc="z, part of eta")
-    z_psi = State(unit="kg(1/2).m/s", shape=("modes",), calculated=True, nominal=1e-2, doc="z, part of psi")
+    z_eta = State(unit="kg^(1/2).m", shape=("modes",), calculated=True, nominal=1e-2, doc="z, part of eta")
+    z_psi = State(unit="kg^(1/2).m/s", shape=("modes",), calculated=True, nominal=1e-2, doc="z, part of psi")
 
-    eta = Output(unit="kg(1/2).m", shape=("modes",), nominal=1e-2, doc="modal coordinate, estimated")
-    eta_dot = Output(unit="kg(1/2).m/s", shape=("modes",), nominal=1e-2, doc="modal rate, estimated")
+    eta = Output(unit="kg^(1/2).m", shape=("modes",), nominal=1e-2, doc="modal coordinate, estimated")
+    eta_dot = Output(unit="kg^(1/2).m/s", shape=("modes",), nominal=1e-2, doc="modal rate, estimated")
     valid = Output(unit="1", doc="1: the estimate may be used")
 
     def calculate(self, p: Any) -> dict[str, Any]:

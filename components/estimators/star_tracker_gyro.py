@@ -24,8 +24,8 @@ class StarTrackerGyro(Component):
     role = "sensor"
     sample_time = neutral.SAMPLE
 
-    attitude_noise = Parameter(unit="rad/Hz(1/2)", shape=(3,), doc="density of the star tracker's noise")
-    rate_noise = Parameter(unit="rad/s/Hz(1/2)", shape=(3,), doc="density of the gyro's noise")
+    attitude_noise = Parameter(unit="rad/Hz^(1/2)", shape=(3,), doc="density of the star tracker's noise")
+    rate_noise = Parameter(unit="rad/s/Hz^(1/2)", shape=(3,), doc="density of the gyro's noise")
     seed = Parameter(unit="1", start=21.0, doc="seed of the noise, a whole number")
 
     q_BN_true = Input(unit="1", shape=(4,), start=NO_ROTATION, doc="attitude of the body, scalar first")

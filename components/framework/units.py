@@ -2,7 +2,8 @@
 
 Every unit is coherent SI (factor 1, offset 0); other units of the same dimension exist for display only. An exponent
 may be a half (mass-normalised modal coordinates); FMI 2.0 cannot express that, so such a unit has a name and no base
-unit there.
+unit there. Names are those of FMI, kg.m2; an exponent that is no whole number stands after ^, for tools that read the
+names as expressions (with m2 as m^2).
 """
 
 from dataclasses import dataclass
@@ -49,7 +50,7 @@ UNITS: dict[str, CoherentUnit] = {
     "m/s2": _unit(m=1, s=-2),
     "m2": _unit(m=2),
     "m3/s2": _unit(m=3, s=-2),
-    "m/Hz(1/2)": _unit(m=1, s=HALF),
+    "m/Hz^(1/2)": _unit(m=1, s=HALF),
     "rad": _unit({"deg": DEGREES, "arcsec": DEGREES * 3600}, rad=1),
     "rad2": _unit(rad=2),
     "rad2/s": _unit(rad=2, s=-1),
@@ -57,9 +58,9 @@ UNITS: dict[str, CoherentUnit] = {
     "rad.s": _unit(rad=1, s=1),
     "rad/s": _unit({"deg/s": DEGREES, "deg/h": DEGREES * 3600, "Hz": HERTZ, "rpm": 60 * HERTZ}, rad=1, s=-1),
     "rad/s2": _unit({"deg/s2": DEGREES}, rad=1, s=-2),
-    "rad/Hz(1/2)": _unit(rad=1, s=HALF),
-    "rad/s/Hz(1/2)": _unit({"deg/h(1/2)": DEGREES * 60}, rad=1, s=-HALF),
-    "rad/s2/Hz(1/2)": _unit({"deg/h(3/2)": DEGREES * 216000}, rad=1, s=-3 * HALF),
+    "rad/Hz^(1/2)": _unit(rad=1, s=HALF),
+    "rad/s/Hz^(1/2)": _unit({"deg/h^(1/2)": DEGREES * 60}, rad=1, s=-HALF),
+    "rad/s2/Hz^(1/2)": _unit({"deg/h^(3/2)": DEGREES * 216000}, rad=1, s=-3 * HALF),
     "kg.m2": _unit(kg=1, m=2),
     "1/(kg.m2)": _unit(kg=-1, m=-2),
     "kg.m2.s": _unit(kg=1, m=2, s=1),
@@ -69,20 +70,20 @@ UNITS: dict[str, CoherentUnit] = {
     "N/m": _unit(kg=1, s=-2),
     "N/s": _unit(kg=1, m=1, s=-3),
     "N.s/m": _unit(kg=1, s=-1),
-    "N/Hz(1/2)": _unit(kg=1, m=1, s=-3 * HALF),
+    "N/Hz^(1/2)": _unit(kg=1, m=1, s=-3 * HALF),
     "N.m": _unit({"mN.m": 1e3, "uN.m": 1e6}, kg=1, m=2, s=-2),
     "N.m.s": _unit({"mN.m.s": 1e3}, kg=1, m=2, s=-1),
     "N.m/s": _unit(kg=1, m=2, s=-3),
-    "N.m/Hz(1/2)": _unit(kg=1, m=2, s=-3 * HALF),
+    "N.m/Hz^(1/2)": _unit(kg=1, m=2, s=-3 * HALF),
     "N.m/rad": _unit(kg=1, m=2, s=-2, rad=-1),
     "N.m.s/rad": _unit(kg=1, m=2, s=-1, rad=-1),
     "N.m/(rad.s)": _unit(kg=1, m=2, s=-3, rad=-1),
     "J": _unit(kg=1, m=2, s=-2),
     "W": _unit(kg=1, m=2, s=-3),
-    "kg(1/2).m": _unit(kg=HALF, m=1),
-    "kg(1/2).m.s": _unit(kg=HALF, m=1, s=1),
-    "kg(1/2).m/s": _unit(kg=HALF, m=1, s=-1),
-    "kg(1/2).m/s2": _unit(kg=HALF, m=1, s=-2),
+    "kg^(1/2).m": _unit(kg=HALF, m=1),
+    "kg^(1/2).m.s": _unit(kg=HALF, m=1, s=1),
+    "kg^(1/2).m/s": _unit(kg=HALF, m=1, s=-1),
+    "kg^(1/2).m/s2": _unit(kg=HALF, m=1, s=-2),
 }
 
 

@@ -49,12 +49,12 @@ class FlexibleSpacecraft(Component):
         unit="1", shape=(4,), start=NO_ROTATION, output=True, unit_length=True, doc="attitude of the body, scalar first"
     )
     L_B = State(unit="N.m.s", shape=(3,), calculated=True, doc="total angular momentum, that of the actuators included")
-    eta = State(unit="kg(1/2).m", shape=("modes",), output=True, nominal=1e-3, doc="modal coordinate, mass-normalised")
+    eta = State(unit="kg^(1/2).m", shape=("modes",), output=True, nominal=1e-3, doc="modal coordinate, mass-normalised")
     psi_eta = State(
-        unit="kg(1/2).m/s", shape=("modes",), calculated=True, nominal=1e-3, doc="modal momentum, eta' + delta w"
+        unit="kg^(1/2).m/s", shape=("modes",), calculated=True, nominal=1e-3, doc="modal momentum, eta' + delta w"
     )
     omega_BN_B = Output(unit="rad/s", shape=(3,), exact=True, display_unit="deg/s", nominal=1e-2, doc="body rate")
-    eta_dot = Output(unit="kg(1/2).m/s", shape=("modes",), exact=True, nominal=1e-3, doc="modal rate")
+    eta_dot = Output(unit="kg^(1/2).m/s", shape=("modes",), exact=True, nominal=1e-3, doc="modal rate")
 
     def calculate(self, p: Any) -> dict[str, Any]:
         return {"hub_inverse": ca.inv(self._hub(p))}  # (6)

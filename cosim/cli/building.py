@@ -1,6 +1,6 @@
 """adcs build: components as FMUs, and the instances of a system, with the start values that are asked for."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -14,8 +14,8 @@ from fmus.toolchain import SUFFIXES as PLATFORMS
 
 if TYPE_CHECKING:
     from cosim.system import Experiment, System
-    from cosim.system.wiring import Wiring
-    from fmus.description.description import DefaultExperiment
+    from cosim.system.wiring import Port, Wiring
+    from fmus.description.description import Scalar
 
 
 def build_(
@@ -140,12 +140,13 @@ def _start_values(name: str, changes: Changes) -> dict[str, Any]:
 def _build_system(
     system: "System", experiment: "Experiment", target: Target, changes: Changes, look: str
 ) -> list[Path]:
-    """Build each instance of a system, with the system's parameters as start values; tell how to wire them.
+    """Build each instance of a system, its parameters and first inputs as start values; tell how to wire them.
 
     `look`: the command that shows the system's connections.
     """
-    from cosim.cli import instances, overrides
+    from cosim.cli import instances, overrides, starts
     from cosim.cli.library import Library
+    from cosim.errors import SimulationError
     from cosim.system.expand import wire
 
     system, _ = overrides.with_changes(
@@ -154,10 +155,17 @@ def _build_system(
     descriptions = {instance: instances.describe(reference) for instance, reference in system.components.items()}
     wiring = wire(system, descriptions)
     folder = target.folder or Path(_file_name(system.name))
+    library = Library("python" if target.backends == ("python",) else "native", console.note)
+    try:
+        inputs = starts.of_inputs(wiring, starts.started(system, experiment, library))
+    except SimulationError as error:
+        inputs = {}
+        console.note(starts.unknown(error))
+    given = {**wiring.settings, **inputs, **wiring.held}
     paths: list[Path] = []
     for backend in target.backends:
         place = target.place(backend, folder)
-        paths += _build_instances(system, experiment, wiring, backend, target.platforms, place)
+        paths += _build_instances(system, experiment, wiring, given, backend, target.platforms, place)
     _tell_wiring(system, experiment, wiring, look)
     return paths
 
@@ -166,11 +174,12 @@ def _build_instances(
     system: "System",
     experiment: "Experiment",
     wiring: "Wiring",
+    given: "Mapping[Port, Scalar]",
     backend: str,
     platforms: Sequence[str],
     folder: Path | None,
 ) -> list[Path]:
-    from cosim.cli import instances
+    from cosim.cli import instances, starts
     from cosim.system.reference import is_fmu
     from fmus.export.build import build_reference
 
@@ -179,9 +188,9 @@ def _build_instances(
         if is_fmu(reference):
             console.note(f"{instance} is {reference} as it is")
             continue
-        values = instances.as_arrays(wiring, instance, {**wiring.settings, **wiring.held})
+        values = instances.as_arrays(wiring, instance, given)
         name = _file_name(f"{system.name}_{instance}")
-        told = _default_experiment(experiment, wiring.period(instance))
+        told = starts.default_experiment(experiment, wiring.period(instance))
         paths.append(build_reference(reference, backend, platforms, folder, values, name, console.note, told))
     return paths
 
@@ -189,15 +198,6 @@ def _build_instances(
 def _file_name(name: str) -> str:
     """Return a name without what a file's cannot have."""
     return "".join(c if c.isalnum() or c in "-_." else "_" for c in name)
-
-
-def _default_experiment(experiment: "Experiment", steps: int) -> "DefaultExperiment":
-    """Return what the FMU of an instance that steps every so many communication steps proposes."""
-    from fmus.description.description import DefaultExperiment
-
-    step = float(experiment.communication_step_size) * steps
-    start, stop = float(experiment.start_time), float(experiment.stop_time)
-    return DefaultExperiment(start=start, stop=stop, tolerance=experiment.tolerance, step_size=step)
 
 
 def _tell_wiring(system: "System", experiment: "Experiment", wiring: "Wiring", look: str) -> None:

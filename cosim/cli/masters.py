@@ -12,6 +12,7 @@ from cosim.masters.iterated import Iterated
 MASTERS: dict[str, Callable[[Any], Any]] = {
     "explicit": lambda own: replace(own, preset="declared") if isinstance(own, Explicit) else Explicit(),
     "jacobi": lambda _: Explicit("jacobi"),
+    "plain": lambda _: Explicit("plain"),
     "gauss-seidel": lambda _: Explicit("gauss_seidel"),
     "iterated": lambda own: own if isinstance(own, Iterated) else Iterated(),
     "error-controlled": lambda own: own if isinstance(own, ErrorControlled) else ErrorControlled(),

@@ -38,8 +38,9 @@ Backend = Annotated[
 Master = Annotated[
     str | None,
     typer.Option(
-        help="explicit (timings as the system declares them), jacobi (all at_point), gauss-seidel (after_step where "
-        "the source is declared before the target), iterated (steps repeated until they agree) or error-controlled "
+        help="explicit (timings as the system declares them), jacobi (all at_point), plain (every output one step old, "
+        "as most tools pass them on), gauss-seidel (after_step where the source is declared before the target), "
+        "iterated (steps repeated until they agree) or error-controlled "
         "(iterated, steps as long as an error allows). Default: the experiment's own."
     ),
 ]

@@ -1,12 +1,12 @@
 """What `adcs export` does: a system is wired, started or flown, and written as a package."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from importlib.metadata import version as version_of
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+from cosim.cli import starts
 from cosim.cli.instances import as_arrays, read_descriptions
 from cosim.cli.library import Library
 from cosim.cli.tabling import build_tables
@@ -23,10 +23,9 @@ from cosim.system.events import resolve
 from cosim.system.expand import wire
 from cosim.system.feeds import uncovered
 from cosim.system.reference import is_fmu
-from cosim.system.wiring import Port, Wiring
+from cosim.system.wiring import Wiring
 from cosim.time import Schedule, exact_seconds, in_words
 from fmus import places
-from fmus.description.description import Scalar
 from fmus.description.units import IDENTITY
 from fmus.export.build import build_reference
 
@@ -63,22 +62,29 @@ def export(
     result: Result | None = None
     try:
         if traced is None:
-            result = _started(system, experiment, library)
+            result = starts.started(system, experiment, library)
         else:
             result = simulate(system, experiment, locate=library, metrics=_measure(traced))
             extra[trace.FILE] = _traced(system, experiment, traced, result, tool)
     except SimulationError as error:
         if traced is not None:
             raise
-        notes.append(f"connected inputs have no start values in it, for the system does not start here: {error}")
-    starts = {} if result is None else _starts(wiring, result)
+        notes.append(starts.unknown(error))
+    inputs = {} if result is None else starts.of_inputs(wiring, result)
     with TemporaryDirectory(dir=places.workshop()) as folder:
-        given = {**wiring.settings, **starts, **wiring.held}
+        given = {**wiring.settings, **inputs, **wiring.held}
         fmus = {
             name: library(reference)
             if is_fmu(reference)
             else build_reference(
-                reference, library.backend, platforms, Path(folder), as_arrays(wiring, name, given), name, note
+                reference,
+                library.backend,
+                platforms,
+                Path(folder),
+                as_arrays(wiring, name, given),
+                name,
+                note,
+                starts.default_experiment(experiment, wiring.period(name)),
             )
             for name, reference in system.components.items()
         }
@@ -89,7 +95,7 @@ def export(
             wiring,
             fmus,
             version=ssp,
-            starts=starts,
+            starts=inputs,
             tool=tool,
             extra=extra,
             tables=build_tables(wiring, Path(folder), platforms),
@@ -110,36 +116,6 @@ def _refuse_mistimed(system: System, experiment: Experiment, wiring: Wiring) -> 
     mistakes += [mistake for feed in wiring.feeds.values() for mistake in uncovered(feed, schedule)]
     if mistakes:
         raise WiringErrors(system.name, mistakes)
-
-
-def _started(system: System, experiment: Experiment, locate: Library) -> "Result":
-    """Return a flight of one step, whose first row is the start; the step itself may fail."""
-    start, step = (
-        exact_seconds(seconds, name)
-        for seconds, name in (
-            (experiment.start_time, "start_time"),
-            (experiment.communication_step_size, "communication_step_size"),
-        )
-    )
-    brief = replace(
-        experiment, stop_time=start + step, master=Explicit(), record=("*",), stop_when="", every=1, events=()
-    )
-    try:
-        return simulate(system, brief, locate=locate, advise=False)
-    except SimulationError as error:
-        if error.result is None or not len(error.result):
-            raise
-        return error.result
-
-
-def _starts(wiring: Wiring, result: "Result") -> dict[Port, Scalar]:
-    """Return the values of the connected inputs in the first row."""
-    found: dict[Port, Scalar] = {}
-    recorded = set(result.table.column_names)
-    for link in wiring.links:
-        if str(link.target) in recorded:
-            found[link.target] = result.table.column(str(link.target))[0].as_py()
-    return found
 
 
 def _measure(name: str) -> "Callable[[Result], Any]":
@@ -182,7 +158,7 @@ def _remarks(system: System, experiment: Experiment, wiring: Wiring) -> Sequence
     step = in_words(exact_seconds(experiment.communication_step_size, "communication_step_size"))
     lines = [
         f"other tools must be told the communication step, {step}; some ask for the parameter set {PARAMETER_SET}",
-        "they pass outputs on at communication points, as adcs run --master jacobi does: their errors are larger",
+        "they pass outputs on at communication points, with larger errors: adcs run --master plain gives their numbers",
     ]
     own = ["events"] * bool(experiment.events) + ["processes of their own"] * bool(system.isolated)
     if own:

@@ -47,7 +47,7 @@ class Plan:
             return cls(layout, (), (), (), (), {})
         parts: list[tuple[Reading, ...] | Loop] = []
         for e in graph.evaluation_order(wiring):
-            can = tuple(port for port in e.outputs if wiring.descriptions[port.component].refresh)
+            can = tuple(port for port in e.outputs if graph.can_refresh(wiring, port.component))
             readings = layout.readings(wiring, can)
             if e.loop and len(can) == len(e.outputs):
                 parts.append(Loop(readings, graph.loop_path(wiring, e.outputs, initial=False)))

@@ -19,7 +19,7 @@ from cosim.system.timing import between, extrapolated, limited, moving
 from cosim.system.wiring import Link, Wiring
 from cosim.time import Schedule
 
-PRESETS = ("declared", "jacobi", "gauss_seidel")
+PRESETS = ("declared", "jacobi", "plain", "gauss_seidel")
 INPUTS = ("declared", "held", "ramp", "smooth")
 
 
@@ -28,7 +28,9 @@ class Explicit:
     """Settings of the explicit master.
 
     `preset`: the timings as the system declares them; "jacobi": all at_point; "gauss_seidel": after_step where the
-    source is declared before the target, at_point elsewhere. Step means stay after_step in every preset.
+    source is declared before the target, at_point elsewhere; step means stay after_step in all of these. "plain": what
+    most tools do, to check an export: all inputs, step means too, are what the sources returned at the end of their
+    last step, which nothing evaluates again; algebraic loops are delayed.
     `inputs`: how inputs whose sources step first are carried over a step: as the system declares it, or all of them
     held at the end's value (after_step), on a line (ramp), on a curve (smooth).
     `extrapolation`: up to which order at_point inputs follow their sources' derivatives; with smooth inputs and
@@ -36,7 +38,7 @@ class Explicit:
     `kernel`: whether the loop runs in the compiled kernel.
     """
 
-    preset: Literal["declared", "jacobi", "gauss_seidel"] = "declared"
+    preset: Literal["declared", "jacobi", "plain", "gauss_seidel"] = "declared"
     inputs: Literal["declared", "held", "ramp", "smooth"] = "declared"
     extrapolation: Literal[0, 1, 2] = 0
     kernel: Literal["auto", "never", "always"] = "auto"
@@ -48,13 +50,21 @@ class Explicit:
                 raise UnknownName(name, getattr(self, name), "Explicit", known)
         if self.extrapolation not in (0, 1, 2):
             raise NotSupported(f"extrapolation of order {self.extrapolation}", "Choose 0, 1 or 2.")
-        if self.preset == "jacobi" and self.inputs != "declared":
-            problem = f'preset="jacobi" with inputs="{self.inputs}": no source steps first, all inputs are at_point'
-            raise NotSupported(problem, "Choose another preset, or extrapolation=1.")
+        if self.preset in ("jacobi", "plain") and self.inputs != "declared":
+            problem = (
+                f'preset="{self.preset}" with inputs="{self.inputs}": no source steps first, all inputs are at_point'
+            )
+            ways = "Choose another preset, or extrapolation=1." if self.preset == "jacobi" else "Choose another preset."
+            raise NotSupported(problem, ways)
+        if self.preset == "plain" and self.extrapolation:
+            problem = f'preset="plain" with extrapolation={self.extrapolation}: its inputs are held'
+            raise NotSupported(problem, "Choose another preset.")
 
     def timed(self, wiring: Wiring) -> Wiring:
         """Return the wiring with the timings of the settings, as far as its FMUs can; `asked` where they cannot."""
         place = {name: i for i, name in enumerate(wiring.components)}
+        if self.preset == "plain":
+            return replace(wiring, links=tuple(map(_plain, wiring.links)), refreshed=False)
         timed = replace(wiring, links=tuple(self._preset(link, place) for link in wiring.links))
         if self.inputs != "declared":
             timed = moving(timed, "after_step" if self.inputs == "held" else self.inputs)
@@ -82,6 +92,11 @@ class Explicit:
     ) -> "ExplicitCourse":
         """Apply the settings to a timed wiring; see `Master.course`."""
         return ExplicitCourse(self, Turns.of(wiring, Layout.of(wiring, record, stop_when), schedule))
+
+
+def _plain(link: Link) -> Link:
+    """Return a link that hands on what its source has returned last; a signal goes on as it is."""
+    return link if link.fed else replace(link, timing="at_point", step_mean=False, asked="")
 
 
 def _extrapolated(wiring: Wiring, link: Link) -> Link:

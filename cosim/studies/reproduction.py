@@ -36,7 +36,7 @@ COLUMNS = {  # heads of the table of metrics -> keys of metrics.measure; of an a
     "torque impulse (N.m.s)": "torque impulse (N.m.s)",
     "peak wheel momentum (N.m.s)": "peak wheel momentum (N.m.s)",
     "peak wheel speed (rad/s)": "peak wheel speed (rad/s)",
-    "peak eta (kg(1/2).m)": "peak modal coordinate (kg(1/2).m)",
+    "peak eta (kg^(1/2).m)": "peak modal coordinate (kg^(1/2).m)",
     "momentum drift (N.m.s)": "momentum drift (N.m.s)",
 }
 BRIEF = ("settled below (deg)", "settling time (s)", "APE max (deg)", "peak torque (N.m)", "momentum drift (N.m.s)")

@@ -140,8 +140,13 @@ def solved_loops(wiring: Wiring) -> list[tuple[str, ...]]:
 
 
 def unsolved_loops(wiring: Wiring) -> list[AlgebraicLoop]:
-    """Return what is wrong with each declared loop at communication points that cannot be solved there."""
+    """Return what is wrong with each declared loop at communication points that cannot be solved there.
+
+    A master that evaluates nothing again has none: each output is one step old.
+    """
     found: list[AlgebraicLoop] = []
+    if not wiring.refreshed:
+        return found
     declared = Feedthrough(wiring, initial=False, declared=True)
     for members in declared.loops():
         fixed = [name for name in _components(members) if not wiring.descriptions[name].refresh]
@@ -181,12 +186,18 @@ def loop_path(wiring: Wiring, outputs: Sequence[Port], *, initial: bool) -> tupl
     return tuple(words)
 
 
+def can_refresh(wiring: Wiring, component: str) -> bool:
+    """Whether outputs of a component are evaluated again without a step."""
+    return wiring.refreshed and wiring.descriptions[component].refresh
+
+
 def refresh_order(wiring: Wiring) -> Refresh:
     """Return what must be evaluated again once all components stand at a communication point.
 
     An output must if it follows directly from an input that ends a step with another value than its source has there:
-    one that is held or extrapolated, or whose source was itself evaluated again. It can if its FMU carries the refresh
-    mark; the outputs of others stay what they were at the end of the step. What can and follows itself is a loop.
+    one that is held or extrapolated, or whose source was itself evaluated again. It can if the master evaluates
+    anything again and its FMU carries the refresh mark; the outputs of others stay what they were at the end of the
+    step. What can and follows itself is a loop.
     """
     feedthrough = Feedthrough(wiring, initial=False)
     around = {port: members for members in feedthrough.loops() for port in members}
@@ -195,7 +206,7 @@ def refresh_order(wiring: Wiring) -> Refresh:
     delayed: list[Delayed] = []
 
     def can(output: Port) -> bool:
-        return wiring.descriptions[output.component].refresh
+        return can_refresh(wiring, output.component)
 
     def before(output: Port) -> list[Port]:
         return [source for source in feedthrough.before(output) if can(source) and can(output)]
@@ -215,6 +226,8 @@ def refresh_order(wiring: Wiring) -> Refresh:
 
 def _reason(wiring: Wiring, output: Port, loop: Sequence[Port] | None) -> str:
     """Return why an output, in a `loop` or not, is delayed."""
+    if not wiring.refreshed:
+        return "the plain exchange evaluates nothing again"
     if loop is None:
         return f"{output.component} does not say that it can be refreshed"
     silent = _components(port for port in loop if not wiring.descriptions[port.component].declares(port.variable))

@@ -98,6 +98,7 @@ class Wiring:
     periods: Mapping[str, int] = field(default_factory=dict)
     system: str = ""
     feeds: Mapping[str, Feed] = field(default_factory=dict[str, Feed])
+    refreshed: bool = True
 
     @property
     def fmus(self) -> Mapping[str, ModelDescription]:

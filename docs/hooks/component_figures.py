@@ -142,7 +142,7 @@ def star_tracker() -> Drawn:
 
 
 def mekf() -> Drawn:
-    walks = {"angle_random_walk": Value(0.02, "deg/h(1/2)"), "rate_random_walk": Value(0.5, "deg/h(3/2)")}
+    walks = {"angle_random_walk": Value(0.02, "deg/h^(1/2)"), "rate_random_walk": Value(0.5, "deg/h^(3/2)")}
     noise = {"cross_noise": Value(5, "arcsec"), "roll_noise": Value(30, "arcsec")}
     measured = {
         "gyro.omega_BN_B": "filter.omega_BN_B_measured",

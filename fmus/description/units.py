@@ -3,6 +3,7 @@
 FMI 2.0: value in SI = factor * value + offset (BaseUnit); displayed value = factor * value + offset (DisplayUnit).
 """
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
@@ -51,6 +52,11 @@ class Unit:
     display: Mapping[str, Conversion] = field(default_factory=dict)
 
 
+def spelled(unit: str) -> str:
+    """Return a unit's name with ^ before an exponent in brackets, as other tools read it; it was once left out."""
+    return re.sub(r"(?<=[A-Za-z])\((\d+/\d+)\)", r"^(\1)", unit)
+
+
 def conversion(
     source: str | None, target: str | None, source_units: Mapping[str, Unit], target_units: Mapping[str, Unit]
 ) -> Conversion | None:
@@ -58,7 +64,7 @@ def conversion(
 
     Equal names pass. An end without any unit passes too: FMI makes units optional and there is nothing to compare.
     """
-    if source == target or source is None or target is None:
+    if source is None or target is None or spelled(source) == spelled(target):
         return IDENTITY
     return _between(source_units.get(source), target_units.get(target))
 
@@ -69,8 +75,11 @@ def resolve(unit: str, target: str | None, definitions: Iterable[Mapping[str, Un
     `definitions` are the units of all FMUs of the system, those of the variable's own FMU first. A name is looked for
     as the target itself, among the target's display units, among all units, then among all their display units.
     """
-    if unit == target or target is None:
-        return IDENTITY if unit == target else None
+    if target is None:
+        return None
+    unit = spelled(unit)
+    if unit == spelled(target):
+        return IDENTITY
     tables = list(definitions)
     targets = [table[target] for table in tables if target in table]
     for known in targets:

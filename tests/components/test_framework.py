@@ -257,7 +257,7 @@ def test_units_test_finds_a_wrong_unit():
 
 def test_rate_units():
     assert rate_unit("rad") == "rad/s" and rate_unit("N.m.s") == "N.m" and rate_unit("N.m/s") is None
-    assert UNITS["kg(1/2).m"].scale(kg=4.0, m=3.0) == 6.0
+    assert UNITS["kg^(1/2).m"].scale(kg=4.0, m=3.0) == 6.0
 
 
 @pytest.mark.parametrize(

@@ -130,8 +130,8 @@ def _sum(part, count):
 
 
 REFUSALS = {
-    "angle": ({"angle_random_walk": [0, -1, 0]}, "angle_random_walk[2] = -1 rad/s/Hz(1/2): it must not be negative."),
-    "rate": ({"rate_random_walk": [0, 0, -1]}, "rate_random_walk[3] = -1 rad/s2/Hz(1/2): it must not be negative."),
+    "angle": ({"angle_random_walk": [0, -1, 0]}, "angle_random_walk[2] = -1 rad/s/Hz^(1/2): it must not be negative."),
+    "rate": ({"rate_random_walk": [0, 0, -1]}, "rate_random_walk[3] = -1 rad/s2/Hz^(1/2): it must not be negative."),
     "range": ({"range": 0.0}, "range = 0 rad/s: it must be positive."),
     "option": ({"integrating": 2.0}, "integrating = 2: it must be 0 or 1."),
 }

@@ -174,7 +174,7 @@ def test_rate_of_the_orbit_frame_where_the_earth_is_oblate():
         (dict(rho_0=-1e-12), "rho_0 = -1e-12 kg/m3: it must not be negative."),
         (dict(CdA=-1.0), "CdA = -1 m2: it must not be negative."),
         (dict(solar_force=-1.0), "solar_force = -1 N: it must not be negative."),
-        (dict(gust_density=[0, 0, -1]), "gust_density[3] = -1 N/Hz(1/2): it must not be negative."),
+        (dict(gust_density=[0, 0, -1]), "gust_density[3] = -1 N/Hz^(1/2): it must not be negative."),
         (dict(bulge=1.1), "bulge = 1.1: the night's density 1 - b is that of a gas for 0 <= b <= 1 only."),
         (dict(bulge=-0.3), "bulge = -0.3: the night's density"),
         (dict(earth_radius=0.0), "earth_radius = 0 m: it must be positive."),

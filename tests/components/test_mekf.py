@@ -223,7 +223,7 @@ REFUSALS = {
     "roll": ({"roll_noise": 0.0}, "roll_noise = 0 rad: it must be positive."),
     "attitude": ({"sigma_q_BN_start": 0.0}, "sigma_q_BN_start = 0 rad: it must be positive."),
     "bias": ({"sigma_bias_start": 0.0}, "sigma_bias_start = 0 rad/s: it must be positive."),
-    "walk": ({"angle_random_walk": -1e-5}, "angle_random_walk[1] = -1e-05 rad/s/Hz(1/2): it must not be negative."),
+    "walk": ({"angle_random_walk": -1e-5}, "angle_random_walk[1] = -1e-05 rad/s/Hz^(1/2): it must not be negative."),
     "boresight": ({"boresight_B": [0, 0, 2.0]}, "boresight_B has length 2, a unit vector (within 0.001) is needed."),
 }
 

@@ -15,7 +15,7 @@ UNITS = {
     "N.m": Unit("N.m", BaseUnit((1, 2, -2, 0, 0, 0, 0, 0))),
     "mN.m": Unit("mN.m", BaseUnit((1, 2, -2, 0, 0, 0, 0, 0), Conversion(1e-3))),
     "m": Unit("m", BaseUnit((0, 1, 0, 0, 0, 0, 0, 0))),
-    "kg(1/2).m": Unit("kg(1/2).m"),
+    "kg^(1/2).m": Unit("kg^(1/2).m"),
 }
 
 
@@ -270,7 +270,7 @@ class Vehicle(Fake):
     def __init__(self, name: str = "plant", **capabilities):
         vector = [f"tau_B[{i}]" for i in (1, 2, 3)]
         matrix = {f"J[{i},{j}]": float(i == j) for i in (1, 2) for j in (1, 2)}
-        units = {"tau_B": "N.m", "angle": "rad", "q_BN": "rad", "rho": "rad", "eta": "kg(1/2).m"}
+        units = {"tau_B": "N.m", "angle": "rad", "q_BN": "rad", "rho": "rad", "eta": "kg^(1/2).m"}
         super().__init__(
             name,
             describe(

@@ -3,8 +3,8 @@
 from cosim import Connection, Experiment, System, Value
 
 NOISE = {
-    "angle_random_walk": Value(0.02, "deg/h(1/2)"),
-    "rate_random_walk": Value(0.5, "deg/h(3/2)"),
+    "angle_random_walk": Value(0.02, "deg/h^(1/2)"),
+    "rate_random_walk": Value(0.5, "deg/h^(3/2)"),
     "cross_noise": Value(5, "arcsec"),
     "roll_noise": Value(30, "arcsec"),
 }

@@ -25,7 +25,7 @@ COLUMNS = (
     "settling time (s)",
     "steady error (deg)",
     "peak torque (N.m)",
-    "peak eta (kg(1/2).m)",
+    "peak eta (kg^(1/2).m)",
     "torque impulse (N.m.s)",
 )
 INTERRUPTED = "interrupted"

@@ -13,7 +13,7 @@ from cosim.studies.metrics.torque import torque
 from cosim.studies.roles import Loop, loops
 
 PEAKS = {  # of a plant
-    "peak modal coordinate (kg(1/2).m)": "eta",
+    "peak modal coordinate (kg^(1/2).m)": "eta",
     "peak distance of the test mass (m)": "r_rel",
 }
 PEAKS_OF_A_CLUSTER = {

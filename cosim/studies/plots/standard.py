@@ -184,7 +184,7 @@ def _modes(views: Views) -> Figure | None:
     count = max(rows.shape[1] for _, rows in traces.values())
     names = [rf"$\eta_{{{i + 1}}}$" for i in range(count)]
     columns = 2 if count > 4 else 1
-    figure, _ = stack(traces, names, "kg(1/2).m", "Modal coordinates", columns=columns, width=0.9)
+    figure, _ = stack(traces, names, "kg^(1/2).m", "Modal coordinates", columns=columns, width=0.9)
     legend(figure)
     return figure
 

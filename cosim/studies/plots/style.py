@@ -50,8 +50,8 @@ STYLE: dict[Any, Any] = {
 UNITS = {
     "N.m": "N m",
     "N.m.s": "N m s",
-    "kg(1/2).m": r"kg$^{1/2}$ m",
-    "kg(1/2).m/s": r"kg$^{1/2}$ m/s",
+    "kg^(1/2).m": r"kg$^{1/2}$ m",
+    "kg^(1/2).m/s": r"kg$^{1/2}$ m/s",
     "rad/s2": r"rad/s$^2$",
 }
 

@@ -91,6 +91,15 @@ class TestOptions:
                 'preset="jacobi" with inputs="ramp": no source steps first, all inputs are at_point. '
                 "Choose another preset, or extrapolation=1.",
             ),
+            (
+                ["--master", "plain", "--inputs", "smooth"],
+                'preset="plain" with inputs="smooth": no source steps first, all inputs are at_point. '
+                "Choose another preset.",
+            ),
+            (
+                ["--master", "plain", "--extrapolation", "1"],
+                'preset="plain" with extrapolation=1: its inputs are held. Choose another preset.',
+            ),
             (["--master", "jacoby"], 'unknown master "jacoby" in --master. Did you mean "jacobi"?'),
             (["--format", "xlsx"], 'unknown format "xlsx" in results. There: parquet, csv, mat'),
             (["--backend", "nativ"], "'nativ' is not one of 'native', 'python'"),

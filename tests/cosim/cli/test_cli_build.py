@@ -112,7 +112,7 @@ class TestShow:
         assert "plant.h_B = [0.0, 0.0, 0.0]  N.m.s" in text
         assert "controller: s, D_hat <- q_BN, omega_BN_B, q_RN, omega_RN_R" in text
         assert "plant: omega_BN_B, eta_dot, energy <- h_B" in text
-        assert "  plant: eta = 0 kg(1/2).m, eta_dot = 0 kg(1/2).m/s" in text
+        assert "  plant: eta = 0 kg^(1/2).m, eta_dot = 0 kg^(1/2).m/s" in text
         assert "  plant: 0.001 s (solver.step = 0.001 s)" in text
         assert "algebraic loops: none" in text
         assert "delayed paths: none" in text

@@ -17,6 +17,7 @@ OWN = Explicit(extrapolation=1)
         (None, OWN),
         ("explicit", OWN),
         ("jacobi", Explicit("jacobi")),
+        ("plain", Explicit("plain")),
         ("gauss-seidel", Explicit("gauss_seidel")),
         ("gauss_seidel", Explicit("gauss_seidel")),
         ("iterated", Iterated()),

@@ -50,6 +50,16 @@ def two(derivatives=True, **more):
     return run(slaves, [*RING, ("c.y", "a.w")], **more)
 
 
+def test_the_plain_exchange_delays_them():
+    """Each output of a point follows those of the one before it; what starts is solved all the same: 0."""
+    result = two(master=Explicit("plain"))
+    a, b, t = 0.0, 0.0, result.time
+    for k in range(1, len(t)):
+        a, b = 3 * b + t[k - 1], -2 * a
+        assert (result["a.y"][k], result["b.y"][k]) == (a, b)
+    assert len(t) > 5
+
+
 class TestSolved:
     @pytest.mark.parametrize(("derivatives", "bound"), [(True, 8 * EPS), (False, TOLERANCE)])
     def test_two_gains(self, derivatives, bound):

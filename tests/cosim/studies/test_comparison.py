@@ -219,7 +219,7 @@ def test_on_its_own_vehicle_a_controller_does_what_its_paper_shows(whole):
         assert figures["xiao2011", controller]["peak torque (N.m)"] <= 0.2 * (1 + 1e-12)
         assert figures["xiao2011", controller]["settling time (s)"] < 100.0
     with_net, without = (figures["geng2012", f"geng2012-{n}compensated"] for n in ("", "un"))
-    assert with_net["peak eta (kg(1/2).m)"] < without["peak eta (kg(1/2).m)"]
+    assert with_net["peak eta (kg^(1/2).m)"] < without["peak eta (kg^(1/2).m)"]
 
 
 @pytest.mark.slow

@@ -320,7 +320,7 @@ def test_peaks_of_what_was_recorded():
             actuators__h_B=[[1, 2, -3]] * 2,
         )
     )
-    assert found["peak modal coordinate (kg(1/2).m)"] == 2e-3
+    assert found["peak modal coordinate (kg^(1/2).m)"] == 2e-3
     assert found["peak wheel speed (rad/s)"] == 7
     assert found["peak wheel momentum (N.m.s)"] == 0.7
     assert found["peak stored momentum (N.m.s)"] == 3

@@ -304,7 +304,7 @@ class TestOverlay:
 
     @pytest.mark.parametrize("exponent", [0, -4, 12])
     def test_the_power_of_ten_is_read_from_the_label(self, exponent):
-        assert overlay.exponent_of(plots.label("$\\eta_{12}$", "kg(1/2).m", exponent)) == exponent
+        assert overlay.exponent_of(plots.label("$\\eta_{12}$", "kg^(1/2).m", exponent)) == exponent
 
 
 class TestFiles:

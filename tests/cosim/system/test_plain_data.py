@@ -158,7 +158,15 @@ class TestUnits:
 
     def test_different_dimensions(self):
         assert conversion("m", "rad", UNITS, UNITS) is None
-        assert conversion("kg(1/2).m", "m", UNITS, UNITS) is None
+        assert conversion("kg^(1/2).m", "m", UNITS, UNITS) is None
+
+    def test_the_spelling_of_older_fmus_and_files(self):
+        for old, new in (("kg(1/2).m/s", "kg^(1/2).m/s"), ("rad/s/Hz(1/2)", "rad/s/Hz^(1/2)")):
+            assert conversion(old, new, {old: Unit(old)}, {new: Unit(new)}) == Conversion()
+            assert resolve(old, new, [{new: Unit(new)}]) == Conversion()
+        shown = {"rad/s/Hz^(1/2)": Unit("rad/s/Hz^(1/2)", display={"deg/h^(1/2)": Conversion(3600.0)})}
+        assert resolve("deg/h(1/2)", "rad/s/Hz^(1/2)", [shown]) == Conversion(1 / 3600.0)
+        assert conversion("1/(kg.m2)", "1/(kg.m)", {}, {}) is None
 
     def test_unit_of_another_fmu(self):
         """mN.m is defined by another FMU; mdeg is a display unit of another FMU's unit mrad."""
@@ -178,7 +186,7 @@ class TestValues:
         [
             ("0.005 deg", 0.005, "deg"), ("5", 5, None), ("-1e3", -1000.0, None), (".5N.m", 0.5, "N.m"),
             ("[[1, 2], [3, 4]] kg.m2", [[1, 2], [3, 4]], "kg.m2"), ("[1,2]", [1, 2], None), ("true", True, None),
-            ("abc", "abc", None), ("[1, x]", "[1, x]", None), ("0.2 kg(1/2).m", 0.2, "kg(1/2).m"),
+            ("abc", "abc", None), ("[1, x]", "[1, x]", None), ("0.2 kg^(1/2).m", 0.2, "kg^(1/2).m"),
         ],
     )  # fmt: skip
     def test_text(self, text, value, unit):

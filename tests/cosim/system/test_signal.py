@@ -40,9 +40,9 @@ class TestFiles:
         assert signal.unit is None
 
     def test_columns_by_name_and_several(self, folder):
-        (folder / "a.csv").write_text("time,x (kg(1/2).m),y (kg(1/2).m),note\n0,1,2,calm\n1,3,4,gale\n")
+        (folder / "a.csv").write_text("time,x (kg^(1/2).m),y (kg^(1/2).m),note\n0,1,2,calm\n1,3,4,gale\n")
         assert_array_equal(Signal("a.csv", "y,x").values, [[2, 1], [4, 3]])
-        assert Signal("a.csv", ["x"]).unit == "kg(1/2).m"
+        assert Signal("a.csv", ["x"]).unit == "kg^(1/2).m"
 
     def test_an_element_with_two_indices(self, folder):
         (folder / "a.csv").write_text('time,"J[1,1]","J[1,2]"\n0,1,2\n1,3,4\n')

@@ -65,10 +65,10 @@ class TestConnections:
 
     def test_unit_without_base_unit_passes_only_by_name(self):
         odd = Gain("g")
-        odd.description = describe(inputs=["u"], outputs=["y"], units={"u": "kg(1/2).m", "y": "m"})
+        odd.description = describe(inputs=["u"], outputs=["y"], units={"u": "kg^(1/2).m", "y": "m"})
         assert wired([("plant.eta", "g.u")], [Vehicle(), odd]).links[0].conversion.factor == 1.0
         odd.description = describe(inputs=["u"], outputs=["y"], units={"u": "m"})
-        assert "unit kg(1/2).m, g.u has unit m" in only([("plant.eta", "g.u")], [Vehicle(), odd])
+        assert "unit kg^(1/2).m, g.u has unit m" in only([("plant.eta", "g.u")], [Vehicle(), odd])
 
     def test_convertible_unit(self):
         milli = Gain("g")

@@ -72,7 +72,7 @@ def everything() -> ModelDescription:
             "N.cm": Unit("N.cm", BaseUnit(newton_metre, Conversion(0.01)), {"kN.m": Conversion(1e-5)}),
             "degC": Unit("degC", BaseUnit((0, 0, 0, 0, 1, 0, 0, 0), Conversion(1.0, 273.15)), {}),
             "rad": Unit("rad", BaseUnit((0,) * 7 + (1,)), {"deg": Conversion(57.3, -0.5)}),
-            "kg(1/2)": Unit("kg(1/2)"),
+            "kg^(1/2)": Unit("kg^(1/2)"),
         },
         default_experiment=DefaultExperiment(start=-1.0, stop=2.0, tolerance=1e-6, step_size=0.25),
         can_handle_variable_step=False,

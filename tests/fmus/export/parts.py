@@ -178,10 +178,10 @@ class Modes(Component):
     modes: int = 0
     Omega = Parameter(unit="rad/s", shape=("modes",), start=2.0, doc="frequency")
     omega_squared = CalculatedParameter(unit="1/s2", shape=("modes",), doc="square of the frequency")
-    force = Input(unit="kg(1/2).m/s2", shape=("modes",), doc="force")
-    eta = State(unit="kg(1/2).m", shape=("modes",), start=0.1, output=True, doc="coordinate")
-    eta_dot = State(unit="kg(1/2).m/s", shape=("modes",), doc="rate")
-    strain = Output(unit="kg(1/2).m", shape=("modes",), doc="twice the coordinate")
+    force = Input(unit="kg^(1/2).m/s2", shape=("modes",), doc="force")
+    eta = State(unit="kg^(1/2).m", shape=("modes",), start=0.1, output=True, doc="coordinate")
+    eta_dot = State(unit="kg^(1/2).m/s", shape=("modes",), doc="rate")
+    strain = Output(unit="kg^(1/2).m", shape=("modes",), doc="twice the coordinate")
 
     def calculate(self, p):
         return {"omega_squared": p.Omega**2}

@@ -109,7 +109,7 @@ def _modes(results: Mapping[str, Result]) -> Figure:
             ax.plot(run.time, eta, label=label, **plots.thin(look, 1.0))
 
     figure, grid = _columns(results, 4, "Modal coordinates (figures 5 and 9)", 1.6, show)
-    return _finish(figure, grid, tuple(plots.label(rf"$\eta_{i}$", "kg(1/2).m") for i in (1, 2, 3, 4)))
+    return _finish(figure, grid, tuple(plots.label(rf"$\eta_{i}$", "kg^(1/2).m") for i in (1, 2, 3, 4)))
 
 
 def _singularity(results: Mapping[str, Result]) -> Figure:

@@ -180,11 +180,11 @@ def _modes(runs: Mapping[str, Result]) -> Figure:
             row[0].plot(run.time, run["plant.eta"][:, i], label=name, **look)
             for ax in row[1:]:
                 ax.plot(run.time[late], 1e3 * run["plant.eta"][late, i], label=name, **look)
-        row[0].set_ylabel(plots.label(rf"$\eta_{i + 1}$", "kg(1/2).m"))
+        row[0].set_ylabel(plots.label(rf"$\eta_{i + 1}$", "kg^(1/2).m"))
         row[0].set_xlim(0, min(END, end))
         for ax in row[1:]:
             ax.set_xlim(30.0, min(END, end))
-            ax.set_ylabel(plots.label(rf"$\eta_{i + 1}$", "kg(1/2).m", -3))
+            ax.set_ylabel(plots.label(rf"$\eta_{i + 1}$", "kg^(1/2).m", -3))
     if columns == 2:
         grid[0][0].set_title("manoeuvre")
         grid[0][1].set_title("what is left")

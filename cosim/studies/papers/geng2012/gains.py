@@ -42,7 +42,7 @@ def observer(poles: Any) -> dict[str, Value]:
     from components.estimators.modal_observer import place_gains  # most experiments place none
 
     L_eta, L_psi = place_gains(J, np.transpose(F), OMEGA, ZETA, poles)
-    return {"L_eta": Value(L_eta.tolist(), "kg(1/2).m.s"), "L_psi": Value(L_psi.tolist(), "kg(1/2).m")}
+    return {"L_eta": Value(L_eta.tolist(), "kg^(1/2).m.s"), "L_psi": Value(L_psi.tolist(), "kg^(1/2).m")}
 
 
 def oscillating(decays: Any) -> np.ndarray:

@@ -77,7 +77,7 @@ def flight(
         held={"plant.tau_B": [0.0] * 3, "observer.tau_B": [0.0] * 3},
         vehicle={
             "J": Value(J, "kg.m2"),
-            "delta": Value(np.transpose(F), "kg(1/2).m"),
+            "delta": Value(np.transpose(F), "kg^(1/2).m"),
             "Omega": Value(OMEGA, "rad/s"),
             "zeta": ZETA,
             "rotor_momentum": Value([ROTOR_MOMENTUM] * 2, "N.m.s"),

@@ -147,7 +147,7 @@ def nominal_uncompensated() -> Flight:
 
 def observer_start() -> Flight:
     """Configuration N, the observer without gains starts 0.05 kg^1/2 m off in every mode."""
-    return flight(OBSERVER_START, observer={"eta_start": Value([ETA_START] * 4, "kg(1/2).m")}, network=1.0)
+    return flight(OBSERVER_START, observer={"eta_start": Value([ETA_START] * 4, "kg^(1/2).m")}, network=1.0)
 
 
 def observer_placed() -> Flight:

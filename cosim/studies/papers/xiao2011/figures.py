@@ -200,7 +200,7 @@ def _modes(runs: Mapping[str, Result], title: str) -> Figure:
             ax.plot(run.time, eta[name][:, i] / 10.0**exponent, label=name, **look)
             if reach > 0:
                 ax.set_ylim(-reach, reach)
-        row[0].set_ylabel(plots.label(rf"$\eta_{i + 1}$", "kg(1/2).m", exponent))
+        row[0].set_ylabel(plots.label(rf"$\eta_{i + 1}$", "kg^(1/2).m", exponent))
     for column, (ax, (name, run)) in enumerate(zip(grid[3], runs.items(), strict=True)):
         peak = np.max(np.abs(eta[name]), axis=0)
         part = np.max(np.abs(eta[name]) / np.where(peak > 0, peak, 1.0), axis=1)

@@ -247,7 +247,7 @@ def _flight(name: str, controller: str, size: float, gains: dict[str, Any], limi
         held={"plant.tau_B": [0.0, 0.0, 0.0]},
         vehicle={
             "J": Value(np.diag(INERTIA), "kg.m2"),
-            "delta": Value(DELTA.T, "kg(1/2).m"),
+            "delta": Value(DELTA.T, "kg^(1/2).m"),
             "Omega": Value(OMEGA, "rad/s"),
             "zeta": [XI] * 3,
             "torque_limit": Value([limit] * 3, "N.m"),

@@ -148,7 +148,7 @@ def _modes(runs: Mapping[str, Result], note: str) -> Figure:
         exponent = plots.scale(rows.values())
         for name, run in runs.items():
             ax.plot(run.time, rows[name] / 10.0**exponent, label=name, **plots.thin(LOOKS[name], 0.9))
-        ax.set_ylabel(plots.label(rf"$\eta_{{1{i + 1}}}$", "kg(1/2).m", exponent))
+        ax.set_ylabel(plots.label(rf"$\eta_{{1{i + 1}}}$", "kg^(1/2).m", exponent))
         ax.margins(x=0.01)
     figure.align_ylabels(axes)
     plots.legend(figure)

@@ -164,7 +164,7 @@ def _flight(experiment: str, reading: str = "degrees") -> Flight:
         held={"plant.h_B": [0.0, 0.0, 0.0]},
         vehicle={
             "J": Value(J, "kg.m2"),
-            "delta": Value(np.hstack([F_1, -F_1]).T, "kg(1/2).m"),
+            "delta": Value(np.hstack([F_1, -F_1]).T, "kg^(1/2).m"),
             "Omega": Value(np.tile(OMEGA, 2), "rad/s"),
             "zeta": [ZETA] * 8,
         },
