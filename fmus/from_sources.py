@@ -1,7 +1,7 @@
 """An FMU that brings C sources and no binary for this machine: they are compiled into its extracted folder.
 
-The files are those that modelDescription.xml (FMI 2.0) or sources/buildDescription.xml (FMI 3.0) lists, as one unit of
-translation, with the FMI headers that fmpy brings. Sources that are not C, or are not listed, are refused.
+The files are those that modelDescription.xml (FMI 2.0) or sources/buildDescription.xml (FMI 3.0) lists, with their own
+FMI headers, else those that fmpy brings. Sources that are not C, or are not listed, are refused.
 """
 
 from pathlib import Path
@@ -14,6 +14,12 @@ from fmus.description.errors import FmuError
 from fmus.errors import BuildError
 from fmus.toolchain import compile_library
 
+FLAGS = ("-std=gnu11", "-fvisibility=default", "-O1")
+"""Sources count on what compilers do unless told, and with a prefix FMI's headers mark nothing as to be exported.
+
+-O1 compiles large models in half the time that -O3 takes.
+"""
+
 LANGUAGES = ("", "C89", "C90", "C99", "C11", "C17")
 
 
@@ -24,13 +30,12 @@ def compile_sources(path: Path, folder: Path, description: ModelDescription) -> 
     for name in files:
         if not (sources / name).resolve().is_relative_to(sources.resolve()) or not (sources / name).is_file():
             raise FmuError(path, f"it lists the source {name}, which is not under its sources")
-    unit = sources / "adcs_unit.c"
-    unit.write_text("".join([*defines, *(f'#include "{name}"\n' for name in files)]), encoding="utf-8")
     place = fmpy.platform_tuple if description.fmi_version.startswith("3") else fmpy.platform
     output = folder / "binaries" / place / f"{description.model_identifier}{fmpy.sharedLibraryExtension}"
-    headers = Path(fmpy.__file__).parent / "c-code"
+    include = (sources, *(sources / i for i in includes), Path(fmpy.__file__).parent / "c-code")
+    first, *others = dict.fromkeys(f"./{name}" for name in files)
     try:
-        compile_library(sources, unit.name, output, include=(sources, *(sources / i for i in includes), headers))
+        compile_library(sources, first, output, include=include, more=(*FLAGS, *defines, *others))
     except BuildError as error:
         raise FmuError(
             path, f"it has no binary for {fmpy.platform}, and its sources cannot be compiled: {error}"
@@ -57,5 +62,5 @@ def _listed(path: Path, folder: Path, description: ModelDescription) -> tuple[li
             path, f"it has no binary for {fmpy.platform}, and its sources are {other}: only C is compiled here"
         )
     wanted = [d for s in sets for d in s.preprocessorDefinitions if not d.optional]
-    defines = [f"#define {d.name} {d.value or ''}\n" for d in wanted]
+    defines = [f"-D{d.name}={d.value or ''}" for d in wanted]
     return defines, [f for s in sets for f in s.sourceFiles], [i for s in sets for i in s.includeDirectories]

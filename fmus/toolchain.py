@@ -91,12 +91,13 @@ def compile_library(
     platform: str = HOST,
     include: tuple[Path, ...] = (),
     optimisation: str | None = None,
+    more: Sequence[str] = (),
 ) -> None:
     """Compile one C source, named relative to its folder, into the shared library `output`.
 
     platform: "host", "linux64", "win64" or "darwin64". include: folders of further headers. optimisation: "-O1"
-    or the like in place of that of FLAGS. Raises BuildError, of which
-    NoCompiler and CompileFailed are kinds: a compiler that compiles nothing at all is none.
+    or the like in place of that of FLAGS. more: further sources, each compiled on its own, and flags. Raises
+    BuildError, of which NoCompiler and CompileFailed are kinds: a compiler that compiles nothing at all is none.
     """
     if platform != HOST and platform not in SUFFIXES:
         raise BuildError(f"unknown platform {platform!r}. Platforms: {HOST}, {', '.join(SUFFIXES)}.")
@@ -109,7 +110,7 @@ def compile_library(
             part.parent.mkdir()
             includes = [f"-I{path.resolve()}" for path in include]
             flags = [*FLAGS, *([optimisation] if optimisation else [])]  # the last one counts
-            arguments = [*command, *flags, *includes, source, "-o", str(part.resolve())]
+            arguments = [*command, *flags, *includes, *more, source, "-o", str(part.resolve())]
             if system == "darwin64":
                 arguments.append(f"-Wl,-install_name,@rpath/{output.name}")
             if system != "win64":

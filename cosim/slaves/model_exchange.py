@@ -36,7 +36,6 @@ class FMU1UnmovedModel(Unmoved1, fmi1.FMU1Model):
 
     needed = ("fmi1InstantiateModel", "fmi1FreeModelInstance", "fmi1SetTime", "fmi1Initialize", "fmi1EventUpdate")
     instantiating = "fmiInstantiateModel"
-    getNominalContinuousStates: Callable[[Any, int], Any]
     _first: Any = None
 
     def initialize_at(self, t: float, tolerance: float) -> None:
@@ -141,19 +140,19 @@ class Integrated(_Base):
     """Mixed into the slave of a version of FMI, whose co-simulation it replaces."""
 
     _integration: Integration | None = None
-    _begin: tuple[float, float] = (0.0, TOLERANCE)
+    _solving: tuple[float, float] = (0.0, TOLERANCE)
     _given: dict[tuple[str, References], Any]
 
     def setup_experiment(self, t: float, tolerance: float | None = None, stop: float | None = None) -> None:
         """Note the start time and the solver's tolerance."""
         super().setup_experiment(t, tolerance, stop)
-        self._begin = t, tolerance or TOLERANCE
+        self._solving = t, tolerance or TOLERANCE
         self._integration, self._given = None, {}
 
     def exit_initialization_mode(self) -> None:
         """Exit initialization mode, update discrete states, enter continuous time."""
         super().exit_initialization_mode()
-        t, tolerance = self._begin
+        t, tolerance = self._solving
         sizes = self.description.states, self.description.event_indicators
         self._integration = self._told(lambda: Integration(self._fmu, *sizes, tolerance, t), t)
 
@@ -185,7 +184,7 @@ class Integrated(_Base):
             return False
         self._given[kind, references] = values
         discrete = kind != "Real" or not self._continuous.issuperset(references)
-        self._told(lambda: self._integration and self._integration.change(discrete=discrete), self._begin[0])
+        self._told(lambda: self._integration and self._integration.change(discrete=discrete), self._solving[0])
         return True
 
     @property
@@ -229,7 +228,7 @@ class ModelExchange1(Integrated, Fmi1Slave):
 
     def _initialize(self) -> None:
         if not self._initialized:
-            self._call(self._fmu.initialize_at, *self._begin)
+            self._call(self._fmu.initialize_at, *self._solving)
             self._initialized = True
 
     def terminate(self) -> None:

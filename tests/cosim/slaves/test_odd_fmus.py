@@ -17,6 +17,7 @@ from fmus import places, toolchain
 from .. import arrays_fmu, ball_fmu, c_fmu, tiny_fmu
 from ..c_fmu import real
 
+MORE = "static double more(void) { return 5; }"
 STEP = "m->state[0] += h * u;"
 OPTIONAL = ("CancelStep", "GetFMUstate", "SetFMUstate", "FreeFMUstate", "SerializedFMUstateSize", "SerializeFMUstate",
             "DeSerializeFMUstate", "GetDirectionalDerivative", "GetStatus", "GetRealStatus", "SetDebugLogging",
@@ -230,6 +231,25 @@ class TestSources:
         system = System(name="s", components={"a": str(path)}, hold_unconnected=True, held={"a.u": [1.0, 0.0, 0.0]})
         result = simulate(system, Experiment(stop_time=1.0, communication_step_size=0.25))
         assert result["a.x[1]"][-1] == 7.0
+
+    def test_several_sources_each_on_its_own(self, tmp_path):
+        """With names of their own that are the same, functions with a prefix, and what C99 alone does not have."""
+        template = f"#define FMI2_FUNCTION_PREFIX I_\ndouble more(void);\nstatic int own = 3;\n{c_fmu.C}"
+        variables = [real("u", "input", start=2.0), real("y")]
+        code = {"outputs": "y = m->state[0];", "step": "m->state[0] += own * more() * h * u;"}
+        path = c_fmu.build(tmp_path, "I", variables, template=template.replace("double more(void);", MORE), **code)
+        listed = '<SourceFiles><File name="fmu.c"/><File name="sub/more.c"/></SourceFiles></CoSimulation>'
+        source = (tmp_path / "I-source" / "fmu.c").read_text().replace(MORE, "double more(void);")
+        with zipfile.ZipFile(path) as old, zipfile.ZipFile(tmp_path / "s.fmu", "w") as new:
+            xml = old.read("modelDescription.xml").decode()
+            head, tail = xml[: (end := xml.index("/>", xml.index("<CoSimulation")))], xml[end + 2 :]
+            new.writestr("modelDescription.xml", f"{head}>{listed}{tail}")
+            new.writestr("sources/fmu.c", source)
+            new.writestr(
+                "sources/sub/more.c", '#include "own.h"\nstatic int own = OWN;\ndouble more(void) { return own; }'
+            )
+            new.writestr("sources/sub/own.h", "#include <math.h>\n#define OWN (M_PI > 3 ? 5 : 0)")
+        assert fly(path)["a.y"][-1] == fly(tmp_path / "s.fmu")["a.y"][-1] == 2.0 * 3 * 5
 
     def test_what_does_not_compile_is_told(self, tmp_path):
         path = ball_fmu.build(tmp_path, binary=False)
