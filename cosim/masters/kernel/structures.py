@@ -14,6 +14,7 @@ from cosim.masters.slopes import Differences
 from cosim.masters.turns import EXTRAPOLATED_MEAN, MEAN, SIGNAL, SIGNAL_MEAN, Turn, Turns
 from cosim.masters.types import Kind
 from cosim.slaves.breadcrumb import Breadcrumb
+from cosim.slaves.fmi3_kernel import Fmi3Structure, Scalar3Structure
 from cosim.slaves.slave import CInterface
 from cosim.slaves.tabulated import ChannelStructure, FeedStructure
 
@@ -157,6 +158,8 @@ STRUCTURES = (
     Breadcrumb,
     ChannelStructure,
     FeedStructure,
+    Scalar3Structure,
+    Fmi3Structure,
 )
 
 
