@@ -63,12 +63,18 @@ class Elements:
                 starts += [_zero(e.type)] * e.size
             if scalar.start is not None:
                 starts[self._offsets[e.type, e.value_reference] + e.index] = _plain(scalar.start)
-        self._known: dict[str, Any] = {}
-        self.forget()
+        self._known = {kind: np.array(starts, dtype=DTYPES[kind]) for kind, starts in self._starts.items()}
 
     def forget(self) -> None:
-        """Know the start values alone."""
-        self._known = {kind: np.array(starts, dtype=DTYPES[kind]) for kind, starts in self._starts.items()}
+        """Know the start values alone; where they lie in memory stays, for the kernel has them too."""
+        for kind, starts in self._starts.items():
+            self._known[kind][:] = starts
+
+    def known(self, reference: int) -> int:
+        """Return the address of what the array of a scalar was set to."""
+        e = _element(self._scalars[reference].element)
+        array = self._known[e.type]
+        return int(array.ctypes.data + self._offsets[e.type, e.value_reference] * array.itemsize)
 
     def name(self, reference: int) -> str:
         """Return the name of a scalar."""

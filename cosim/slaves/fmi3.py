@@ -15,17 +15,22 @@ from typing import Any
 
 import numpy as np
 from fmpy import fmi3
+from fmpy.fmi1 import FMICallException
 
 from cosim.arrays import FloatArray
-from cosim.slaves.binary import Unmoved
+from cosim.errors import CallFailed, status_name
+from cosim.slaves.binary import DISCARD, Unmoved
 from cosim.slaves.elements import DTYPES, Call, Elements
+from cosim.slaves.fmi3_kernel import ForKernel, obstacle
 from cosim.slaves.instance import Instance
 from cosim.slaves.shelf import SHELF
-from cosim.slaves.slave import References
+from cosim.slaves.slave import CInterface, References, Refusal
 from cosim.system.parameters import EXACT
 
 COMMON = ("fmi3FreeInstance", "fmi3EnterInitializationMode", "fmi3ExitInitializationMode")
 """Functions without which nothing flies."""
+
+EARLY = "fmi3OK, but early, which was not allowed"
 
 
 class FMU3Unmoved(Unmoved, fmi3.FMU3Slave):
@@ -66,6 +71,7 @@ class Fmi3Slave(Instance):
         self._elements = Elements(self.description)
         self._experiment: tuple[float, float | None, float | None] = (0.0, None, None)
         self._ended: float | None = None
+        self._for_kernel: ForKernel | None = None
 
     def instantiate(self) -> None:
         """fmi3InstantiateCoSimulation; nothing where there is an instance that was reset."""
@@ -108,9 +114,14 @@ class Fmi3Slave(Instance):
             i = self._elements.beyond(call, given[call.places])
             if i is not None:
                 place = int(call.places[i])
-                line = f"{self._elements.name(references[place])} is {call.type}, which cannot be {values[place]}"
+                line = self._cannot_be(references[place], values[place])
                 raise self._refused(f"fmi3Set{call.function}", "no call", [line])
         self._set(references, given)
+
+    def _cannot_be(self, reference: int, value: int) -> str:
+        name = self._elements.name(reference)
+        element = self.description.variables[name].element
+        return f"{name} is {element.type if element is not None else ''}, which cannot be {value}"
 
     def get_boolean(self, references: References) -> Sequence[bool]:
         """fmi3GetBoolean."""
@@ -154,7 +165,7 @@ class Fmi3Slave(Instance):
         if terminate.value and complete:
             self._ended = last.value  # the step counts; there is no other
         elif terminate.value or early.value:
-            status = "fmi3OK" if terminate.value else "fmi3OK, but early, which was not allowed"
+            status = "fmi3OK" if terminate.value else EARLY
             raise self._stopped(status, last.value, terminated=terminate.value)
 
     def _stopped(self, status: str, last: float, *, terminated: bool) -> Exception:
@@ -212,6 +223,34 @@ class Fmi3Slave(Instance):
         self._elements.forget()
         self._ended = None
         self._freed(self._fmu.fmi3FreeInstance)
+
+    def c_interface(self) -> CInterface | None:
+        """Return the instance for a caller in C, None where it exchanges what the kernel cannot carry."""
+        if not self._alive or obstacle(self.description):
+            return None
+        if self._for_kernel is None:
+            self._for_kernel = ForKernel(self.description, self._elements, self._fmu.addresses)
+        return CInterface(self._for_kernel.of(self._fmu.component), {}, "3.0")
+
+    def _failure(self, error: FMICallException) -> CallFailed:
+        if self._for_kernel is not None:
+            self._for_kernel.told.function = None  # that the kernel called before: this call is another
+        return super()._failure(error)
+
+    def failed(self, status: int) -> Refusal:
+        """Note a call that failed; of one that the kernel made, return what the FMU says of it."""
+        super().failed(status)
+        told = None if self._for_kernel is None else self._for_kernel.told
+        if told is None or not told.function:
+            return Refusal()
+        function, told.function = told.function.decode(), None
+        if status == DISCARD and (told.terminated or told.early):
+            ends = bool(told.terminated)
+            return Refusal(told.last, ends, "fmi3DoStep", "fmi3OK" if ends else EARLY)
+        if told.refused >= 0:
+            line = self._cannot_be(told.refused, told.refused_value)
+            return Refusal(None, False, function, "no call", line)
+        return Refusal(None, False, function, status_name(status, self.prefix))
 
     def _get(self, references: References) -> Any:
         found: Any = np.zeros(len(references), dtype=np.object_)

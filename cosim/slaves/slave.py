@@ -22,18 +22,28 @@ def note_warnings(warned: Warned, function: str, count: int, time: float) -> Non
 
 @dataclass(frozen=True)
 class CInterface:
-    """An instance for a caller in C: the address of the fmi2Component, and of each FMI function by its name."""
+    """An instance for a caller in C: the address of the fmi2Component, and of each FMI function by its name.
+
+    Of FMI `version` 3.0 it has no functions: `component` is a structure of slaves/fmi3_kernel.py then.
+    """
 
     component: int
     functions: Mapping[str, int]
+    version: str = "2.0"
 
 
 @dataclass(frozen=True)
 class Refusal:
-    """What an FMU says of a call that failed: its last successful time, s, and whether the run is to end."""
+    """What an FMU says of a call that failed: its last successful time, s, and whether the run is to end.
+
+    `function`, `status`, `line`: where it is not the one of FMI 2.0 that the caller called; "" where it is.
+    """
 
     last_successful_time: float | None = None
     terminated: bool = False
+    function: str = ""
+    status: str = ""
+    line: str = ""
 
 
 class Slave(Protocol):

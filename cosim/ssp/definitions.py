@@ -13,7 +13,7 @@ CONNECTORS = ("input", "output")
 def common_units(wiring: Wiring) -> dict[str, Unit]:
     """Return the units with a dimension that all FMUs define alike; of others a connector does not speak.
 
-    SSP knows only whole exponents: kg(1/2).m has none, and is the unit of the FMU's variable.
+    SSP knows only whole exponents: kg^(1/2).m has none, and is the unit of the FMU's variable.
     """
     found: dict[str, Unit | None] = {}
     for fmu in wiring.descriptions.values():

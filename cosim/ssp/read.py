@@ -9,6 +9,7 @@ import logging
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from fractions import Fraction
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -48,7 +49,7 @@ def read(
     if flat.mistakes:
         raise SspError(package.label, flat.mistakes)
     if flat.ignored:
-        names = ", ".join(flat.ignored[:10]) + (", ..." if len(flat.ignored) > 10 else "")
+        names = ", ".join(f"{name:.80}" for name in flat.ignored[:10]) + (", ..." if len(flat.ignored) > 10 else "")
         _log.warning("%s: its parameter sets name what no FMU of it has, passed over: %s", package.label, names)
     name = _name(structure.name, Path(path))
     if structure.annotation is None:
@@ -152,6 +153,7 @@ def _as_declared(
     flat, inputs = recognised(flat, parsed(annotation.get("Signals", "{}"), {}, label), package)
     system = replace(_plain_system(flat, name), inputs=inputs)
     true = {"start_time": structure.start_time, "stop_time": structure.stop_time}
+    _refuse_other_types(flown, masters)
     if "events" in flown:
         flown["events"] = list(_still_there(flown["events"], flat))
     changed = {n: t for n, t in true.items() if t is not None and (n not in flown or float(flown[n]) != t)}
@@ -160,6 +162,35 @@ def _as_declared(
     if "stop_time" not in flown or "communication_step_size" not in flown:
         return refined(flat, system, told), _experiment(structure, flat, label, stop, step)
     return refined(flat, system, told), Experiment(**flown)
+
+
+def _refuse_other_types(flown: Mapping[str, Any], masters: Mapping[str, Any]) -> None:
+    """Raise TypeError for fields of an experiment that are not of their types."""
+    numbers = (int, float, Fraction)
+    kinds: dict[str, tuple[type, ...]] = {
+        **dict.fromkeys(("stop_time", "communication_step_size", "start_time"), numbers),
+        **dict.fromkeys(("pending_timeout", "isolation_timeout"), (int, float)),
+        "tolerance": (int, float, type(None)),
+        "every": (int,),
+        "stop_when": (str,),
+        "announce_stop_time": (bool,),
+        "master": (*masters.values(), type(None)),
+    }
+    for name, value in flown.items():
+        if name in kinds and (
+            not isinstance(value, kinds[name]) or (isinstance(value, bool) and bool not in kinds[name])
+        ):
+            raise TypeError(f"{name} is {value!r:.60}")
+    each = [(name, item) for name in ("record", "events") for item in _listed(flown.get(name, ()))]
+    wrong = next((f"{n} has {i!r:.60}" for n, i in each if not isinstance(i, At if n == "events" else str)), "")
+    times = [event.time for _, event in each if isinstance(event, At)]
+    wrong = wrong or next((f"an event is at {t!r:.60}" for t in times if not isinstance(t, numbers)), "")
+    if wrong:
+        raise TypeError(wrong)
+
+
+def _listed(given: Any) -> list[Any]:
+    return [given] if isinstance(given, str) else list(given)
 
 
 def _still_there(events: Iterable[At], flat: Flat) -> Iterator[At]:

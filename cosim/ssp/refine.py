@@ -4,7 +4,7 @@ The annotation has whole arrays, values with their units, one value for a whole 
 the structure agrees; a value, connection or instance that another tool has changed since is the structure's.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -31,10 +31,19 @@ def refined(flat: Flat, system: System, told: Mapping[str, Any]) -> System:
     for name, n in here["steps"].items():
         if not (isinstance(n, int) or (isinstance(n, float) and n.is_integer())):
             raise TypeError(f"steps of {name} is {n!r}")
-    here["isolated"] = [n for n in told.get("isolated", ()) if n in ("*", *flat.components)]
+    here["isolated"] = [n for n in _texts(told.get("isolated", ())) if n in ("*", *flat.components)]
+    if not isinstance(told.get("hold_unconnected", False), bool):
+        raise TypeError(f"hold_unconnected is {told['hold_unconnected']!r}")
     here["connections"] = _connections(told.get("connections", ()), flat)
     here |= {"name": system.name, "components": system.components, "inputs": system.inputs}
     return _with_changed_values(System(**here), flat)
+
+
+def _texts(given: Any) -> Sequence[str]:
+    names = [given] if isinstance(given, str) else list(given)
+    if not all(isinstance(name, str) for name in names):
+        raise TypeError(f"isolated is {given!r}")
+    return names
 
 
 def _instance(key: str) -> str:

@@ -100,6 +100,7 @@ static const Breadcrumb *find_place(Place *place)
             const Component *c = &b->run->component[CALLING_COMPONENT(calling)];
             place->instance = c->name;
             place->function = function_name(CALLING_CALL(calling), CALLING_KIND(calling));
+            if (c->do_step == fmi3_do_step) place->function = ((const Fmi3 *)c->instance)->function;
             place->time = point_time(b->run, b->run->done);
             return b;
         }

@@ -22,6 +22,9 @@
 #include "points.h"
 #include "curves.h"
 #include "ends.h"
+
+EXPORT int fmi3_do_step(void *instance, double t, double h, int no_return);
+
 #include "crash.h"
 #include "calls.h"
 #include "inputs.h"
@@ -134,6 +137,7 @@ static int step(Run *r, integer k, double t, double h)
 
 #include "iterated.h"
 #include "signals.h"
+#include "fmi3.h"
 
 /* Put into the own slot of every connected input what its source gives it at the communication point. */
 static void show_inputs(Run *r)

@@ -11,7 +11,7 @@ from cosim.errors import CallFailed, NotSupported, SimulationError, StepFailed, 
 from cosim.masters.calls import refusal
 from cosim.masters.culprit import blame
 from cosim.masters.implicit.plan import Plan
-from cosim.masters.kernel.library import library
+from cosim.masters.kernel.library import callable_by_kernel, library
 from cosim.masters.kernel.packed import Packed
 from cosim.masters.kernel.structures import CALLS, MEMORY, NOT_FINITE, REFUSED, STEP
 from cosim.masters.master import Outcome
@@ -23,6 +23,17 @@ from cosim.masters.watch import LOOK, Watch
 from cosim.slaves import breadcrumb
 from cosim.slaves.pending import STOP_IS_ASKED, TIME_IS_UP
 from cosim.slaves.slave import CInterface, Slave, note_warnings
+
+USUAL = {
+    **{f"fmi2{verb}Real": f"fmi3{verb}Float64" for verb in ("Set", "Get")},
+    **{f"fmi2{verb}Integer": f"fmi3{verb}Int32" for verb in ("Set", "Get")},
+    **{f"fmi2{verb}{kind}": f"fmi3{verb}{kind}" for verb in ("Set", "Get") for kind in ("Boolean", "String")},
+    "fmi2DoStep": "fmi3DoStep",
+    "fmi2GetRealOutputDerivatives": "fmi3GetOutputDerivatives",
+    "fmi2GetFMUstate": "fmi3GetFMUState",
+    "fmi2SetFMUstate": "fmi3SetFMUState",
+}
+"""Functions that returned a warning, as FMI 3.0 calls them."""
 
 _kept: "WeakKeyDictionary[Slave, tuple[Turns, list[int], Packed]]" = WeakKeyDictionary()
 """By the first slave of a crew: the turns that it flew last, packed. A crew flies one flight at a time."""
@@ -41,8 +52,10 @@ def _pack(turns: Turns, slaves: Sequence[Slave], instances: Sequence[CInterface]
     return packed
 
 
-def _function(call: int, kind: int) -> str:
-    return CALLS[call].format(kind=Kind(kind).name.title())
+def _function(call: int, kind: int, version: str = "2.0") -> str:
+    """Return the function of a call; of FMI 3.0 that of the kind's most usual type."""
+    name = CALLS[call].format(kind=Kind(kind).name.title())
+    return name if version == "2.0" else USUAL.get(name, name)
 
 
 class Kernel:
@@ -64,7 +77,7 @@ class Kernel:
         self.turns, self.watch = turns, watch
         self._named, self.slaves = slaves, [slaves[turn.component.name] for turn in turns.all]
         found = [slave.c_interface() for slave in self.slaves]
-        instances = [interface for interface in found if isinstance(interface, CInterface)]
+        instances = [callable_by_kernel(interface) for interface in found if isinstance(interface, CInterface)]
         self._packed, self._library = _pack(turns, self.slaves, instances, plan), library()
         self._texts = self._library.kernel_texts()
         self._free = weakref.finalize(self, self._library.kernel_free_texts, self._texts)
@@ -156,7 +169,7 @@ class Kernel:
             return
         for turn, call, kind in np.argwhere(warned[..., 0]).tolist():
             count, first = warned[turn, call, kind].tolist()
-            function = _function(call, kind)
+            function = _function(call, kind, self.slaves[turn].description.fmi_version)
             note_warnings(self.slaves[turn].warned, function, count, self.turns.schedule.time(first))
         warned[:] = 0
 
@@ -173,11 +186,12 @@ class Kernel:
         if run.failed_call == REFUSED:
             given = self._packed.given(run.failed_component, run.failed_slot)
             return refusal(turn.component.inputs, run.failed_slot, given, t + h if run.failed_kind else t)
-        function = _function(run.failed_call, run.failed_kind)
         said = slave.failed(run.failed_status)
+        function = said.function or _function(run.failed_call, run.failed_kind)
         if run.failed_call == STEP and run.failed_slot == STOP_IS_ASKED:
             return KeyboardInterrupt()
         waited = slave.patience.timeout if run.failed_call == STEP and run.failed_slot == TIME_IS_UP else None
-        status, messages = status_name(run.failed_status), tuple(slave.messages)
+        status = said.status or status_name(run.failed_status)
+        messages = (*slave.messages, said.line) if said.line else tuple(slave.messages)
         told = said.last_successful_time, said.terminated
         return failed_step(CallFailed(turn.component.name, function, status, messages, *told, waited), t, h)

@@ -9,6 +9,7 @@ import sys
 import threading
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from platform import machine
@@ -16,7 +17,7 @@ from typing import Any
 
 from cosim.errors import NotSupported
 from cosim.masters.kernel.structures import sizes_and_offsets
-from cosim.slaves.slave import Slave
+from cosim.slaves.slave import CInterface, Slave
 from fmus import places
 from fmus.errors import BuildError
 from fmus.toolchain import compile_library
@@ -36,6 +37,7 @@ SOURCES = tuple(
         "ends.h",
         "iterated.h",
         "signals.h",
+        "fmi3.h",
         "crash.h",
     )
 )
@@ -94,11 +96,39 @@ SIGNAL_FUNCTIONS = {
 
 def signal_functions() -> Mapping[str, int]:
     """Return their addresses."""
+    return _addresses(SIGNAL_FUNCTIONS)
+
+
+def _addresses(functions: Mapping[str, str]) -> Mapping[str, int]:
     found = library()
     return {
-        name: ctypes.cast(getattr(found, function), ctypes.c_void_p).value or 0
-        for name, function in SIGNAL_FUNCTIONS.items()
+        name: ctypes.cast(getattr(found, function), ctypes.c_void_p).value or 0 for name, function in functions.items()
     }
+
+
+FMI3_FUNCTIONS = {
+    "fmi2SetReal": "fmi3_set_real",
+    "fmi2GetReal": "fmi3_get_real",
+    "fmi2SetInteger": "fmi3_set_integer",
+    "fmi2GetInteger": "fmi3_get_integer",
+    "fmi2SetBoolean": "fmi3_set_integer",
+    "fmi2GetBoolean": "fmi3_get_integer",
+    "fmi2SetString": "fmi3_set_string",
+    "fmi2GetString": "fmi3_get_string",
+    "fmi2GetRealOutputDerivatives": "fmi3_get_derivatives",
+    "fmi2DoStep": "fmi3_do_step",
+    "fmi2GetBooleanStatus": "fmi3_get_boolean_status",
+    "fmi2GetRealStatus": "fmi3_get_real_status",
+    "fmi2GetFMUstate": "fmi3_get_state",
+    "fmi2SetFMUstate": "fmi3_set_state",
+    "fmi2FreeFMUstate": "fmi3_free_state",
+}
+"""What the kernel calls of an FMI 3.0 instance (fmi3.h)."""
+
+
+def callable_by_kernel(interface: CInterface) -> CInterface:
+    """Return an instance with the functions of FMI 2.0 that the kernel calls, its own or those that stand for them."""
+    return interface if interface.version == "2.0" else replace(interface, functions=_addresses(FMI3_FUNCTIONS))
 
 
 def obstacle(slaves: Mapping[str, Slave]) -> str:
@@ -156,7 +186,7 @@ def _declared(found: ctypes.CDLL) -> ctypes.CDLL:
     found.kernel_run.argtypes = [pointer, integer, ctypes.c_double, pointer, integer, pointer]
     found.kernel_attempt.restype = ctypes.c_int
     found.kernel_attempt.argtypes = [pointer, ctypes.c_double, ctypes.c_double]
-    for name in SIGNAL_FUNCTIONS.values():
+    for name in (*SIGNAL_FUNCTIONS.values(), *FMI3_FUNCTIONS.values()):
         getattr(found, name)  # AttributeError: it is another library
     found.kernel_texts.restype = pointer
     found.kernel_texts.argtypes = []

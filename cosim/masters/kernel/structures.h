@@ -215,6 +215,29 @@ typedef struct {
     Channel *channel;
 } Feed;
 
+/* A scalar of an FMI 3.0 instance, and the instance: slaves/fmi3_kernel.py. */
+typedef struct {
+    integer type, index, size; /* of its array: size, and where in it the scalar is */
+    void *known;               /* what the array was set to */
+    unsigned array;            /* value reference */
+} Scalar3;
+typedef int (*Get3)(void *, const unsigned *, size_t, void *, size_t);
+typedef struct {
+    void *instance;
+    const Scalar3 *scalar;
+    void *work; /* as large as the largest array */
+    Get3 get[10], set[10];
+    int (*get_derivatives)(void *, const unsigned *, size_t, const int *, double *, size_t);
+    int (*do_step)(void *, double, double, unsigned char, unsigned char *, unsigned char *, unsigned char *, double *);
+    GetState get_state;
+    SetState set_state;
+    GetState free_state;
+    const char *function;                     /* that is called, or was */
+    double last;                              /* s, to where the last step came */
+    integer terminated, early;                /* what it said of itself */
+    integer refused, refused_value;           /* a scalar whose type cannot hold a value, -1: none */
+} Fmi3;
+
 /* Where a thread is inside an FMU: in the call of the Python loop, or in the kernel; see slaves/breadcrumb.py. */
 typedef struct {
     integer thread, process;
@@ -274,6 +297,10 @@ static const integer layout[] = {
     F(Channel, coefficients), F(Channel, value), F(Channel, v0), F(Channel, v1), F(Channel, v2), F(Channel, v3),
     F(Channel, slope),
     (integer)sizeof(Feed), F(Feed, channels), F(Feed, channel),
+    (integer)sizeof(Scalar3), F(Scalar3, type), F(Scalar3, index), F(Scalar3, size), F(Scalar3, known), F(Scalar3, array),
+    (integer)sizeof(Fmi3), F(Fmi3, instance), F(Fmi3, scalar), F(Fmi3, work), F(Fmi3, get), F(Fmi3, set),
+    F(Fmi3, get_derivatives), F(Fmi3, do_step), F(Fmi3, get_state), F(Fmi3, set_state), F(Fmi3, free_state),
+    F(Fmi3, function), F(Fmi3, last), F(Fmi3, terminated), F(Fmi3, early), F(Fmi3, refused), F(Fmi3, refused_value),
 };
 
 EXPORT const integer *kernel_layout(integer *count)

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from cosim.slaves.breadcrumb import Breadcrumb
+from cosim.slaves.fmi3_kernel import Fmi3Structure, Scalar3Structure
 from cosim.slaves.tabulated import ChannelStructure, FeedStructure
 
 CALLS = {
@@ -170,6 +171,8 @@ STRUCTURES = (
     Breadcrumb,
     ChannelStructure,
     FeedStructure,
+    Scalar3Structure,
+    Fmi3Structure,
 )
 
 

@@ -1,6 +1,7 @@
 """What is written comes back as it was declared and flies to the same bits; what another tool changes in it counts."""
 
 import re
+import shutil
 import zipfile
 from dataclasses import replace
 from fractions import Fraction
@@ -229,6 +230,61 @@ class TestEdits:
     )
     def test_an_annotation_that_is_damaged(self, path, old, new, said):
         assert said in refused(edited(path, old, new))
+
+
+class TestTypesOfFields:
+    """What a hand has written into the annotation is refused by name, not by an error of Python's in flight."""
+
+    @pytest.fixture(scope="class")
+    @staticmethod
+    def written(tmp_path_factory):
+        folder = tmp_path_factory.mktemp("types")
+        made = System(name="s", components={"a": str(line(folder))}, held={"a.u": 1.0}, isolated=["a"])
+        export(folder / "s.ssp", made, Experiment(stop_time=1.0, communication_step_size=0.1), Library())
+        return folder / "s.ssp"
+
+    @pytest.mark.parametrize(
+        ("field", "said"),
+        [
+            ('"communication_step_size": "abc"', "communication_step_size is 'abc'"),
+            ('"communication_step_size": null', "communication_step_size is None"),
+            ('"communication_step_size": 0.1, "start_time": [0]', "start_time is [0]"),
+            ('"communication_step_size": 0.1, "every": "x"', "every is 'x'"),
+            ('"communication_step_size": 0.1, "every": true', "every is True"),
+            ('"communication_step_size": 0.1, "record": [1]', "record has 1"),
+            ('"communication_step_size": 0.1, "tolerance": "x"', "tolerance is 'x'"),
+            ('"communication_step_size": 0.1, "pending_timeout": {}', "pending_timeout is {}"),
+            ('"communication_step_size": 0.1, "master": "x"', "master is 'x'"),
+            ('"communication_step_size": 0.1, "master": {"!Value": {"value": 1}}', "master is Value"),
+            ('"communication_step_size": 0.1, "stop_when": 3', "stop_when is 3"),
+            ('"communication_step_size": 0.1, "announce_stop_time": 1', "announce_stop_time is 1"),
+            ('"communication_step_size": 0.1, "events": [3]', "events has 3"),
+            ('"communication_step_size": 0.1, "events": 3', "'int' object is not iterable"),
+            ('"communication_step_size": 0.1, "events": [{"!At": {"time": 1, "values": 3}}]', "'int' object has no"),
+            ('"communication_step_size": 0.1, "events": [{"!At": {"time": "x", "values": {}}}]', "an event is at 'x'"),
+        ],
+    )
+    def test_of_an_experiment(self, written, tmp_path, field, said):
+        path = edited(Path(shutil.copy(written, tmp_path)), '"communication_step_size": 0.1', field)
+        assert "its annotation org.adcs-cosim is damaged" in refused(path) and said in refused(path)
+
+    @pytest.mark.parametrize(
+        ("field", "said"),
+        [
+            ('"isolated": [1]', "isolated is [1]"),
+            ('"isolated": null', "'NoneType' object is not iterable"),
+            ('"isolated": ["a"], "hold_unconnected": "yes"', "hold_unconnected is 'yes'"),
+            ('"isolated": ["a"], "steps": {"a": "x"}', "steps of a is 'x'"),
+            ('"isolated": ["a"], "held": 3', "'int' object has no attribute"),
+        ],
+    )
+    def test_of_a_system(self, written, tmp_path, field, said):
+        path = edited(Path(shutil.copy(written, tmp_path)), '"isolated": ["a"]', field)
+        assert said in refused(path)
+
+    def test_one_name_as_a_text(self, written, tmp_path):
+        path = edited(Path(shutil.copy(written, tmp_path)), '"isolated": ["a"]', '"isolated": "a"')
+        assert load(path)[0].isolated == ("a",)
 
 
 class TestEverythingDeclared:
