@@ -312,7 +312,7 @@ class Prepared:
             [event.time for event in experiment.events],
         )
         master = cast(Master, experiment.master if experiment.master is not None else Explicit())
-        system = with_parameters(self.system, parameters or {})
+        system = with_parameters(self.system, parameters) if parameters else self.system
         if inputs:
             system = with_inputs(system, inputs)
             wiring = wire(system, self._descriptions)

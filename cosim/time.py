@@ -10,7 +10,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -42,6 +42,7 @@ UNITS = {"s": "1", "ms": "1/1000", "us": "1/1000000", "ns": "1/1000000000", "min
 _FRACTION = re.compile(r"^\s*([-+]?\d+)\s*/\s*(\d+)(.*)$", re.DOTALL)
 
 
+@lru_cache(typed=True)  # flights of one system have the same times
 def exact_seconds(seconds: Seconds, name: str) -> Fraction:
     """Return a time in s as the number that is meant: a fraction like 1/30, or a decimal to the nanosecond.
 

@@ -8,27 +8,10 @@ from cosim.arrays import FloatArray, IntArray
 from cosim.masters import curves
 from cosim.masters.curves import Ends
 from cosim.masters.slots import NEWEST, POINT, Slots, conversion
-from cosim.masters.turns import (
-    AFTER_STEP,
-    CURVE,
-    EXTRAPOLATED_MEAN,
-    LINE,
-    MEAN,
-    MIDPOINT,
-    SIGNAL,
-    SIGNAL_MEAN,
-    SIGNAL_SLOT,
-    SLOT,
-    STEP_MEAN,
-    Turn,
-)
+from cosim.masters.turns import CURVE, EXTRAPOLATED_MEAN, LINE, MEAN, MIDPOINT, SIGNAL_SLOT, SLOT, Turn
 
 EndsOf = Callable[[int], Ends]
 """Communication step -> values and slopes of the inputs' sources at both ends of the component's period around it."""
-
-AT_END = (AFTER_STEP, STEP_MEAN)
-SIGNALS = (SIGNAL, SIGNAL_MEAN)
-BLENDED = (MIDPOINT, MEAN, EXTRAPOLATED_MEAN)
 
 
 class Given:
@@ -43,56 +26,52 @@ class Given:
         self._turn, self._slots, self._values = turn, slots, values
         self._inputs, self._derivatives = turn.component.inputs, turn.derivatives
         self._ends = ends or ends_of(turn, slots)
-        form, order = self._derivatives.form, self._derivatives.order
-        self._lines = np.flatnonzero(form == LINE)
-        self._curves = [np.flatnonzero((form == CURVE) & (order == n)) for n in (1, 2, 3)]
-        self._bent = self._derivatives.position[self._curves[0]]
-        self._told, self._signals = np.flatnonzero(form == SLOT), np.flatnonzero(form == SIGNAL_SLOT)
         self._factor = self._inputs.factor[self._derivatives.position]
-        self.slopes: FloatArray = np.zeros(len(form))
-        single = ends is None and not np.isin(turn.timing, BLENDED).any()
+        self.slopes: FloatArray = np.zeros(len(self._factor))
+        single = ends is None and not turn.blends
         self.find = conversion(self._inputs, slots, self._single(), values) if single else self._find
         """Finds the values."""
 
     def find_slopes(self) -> None:
         """Find the derivatives of inputs at the start of the step."""
         slopes, derivatives, slots = self.slopes, self._derivatives, self._slots
-        if self._lines.size or self._bent.size:
+        lines, curved, told, fed = (derivatives.places[form] for form in (LINE, CURVE, SLOT, SIGNAL_SLOT))
+        if lines.size or curved.size:
             ends = self._ends(self.k)
-            at = derivatives.position[self._lines]
-            slopes[self._lines] = (ends.b[at] - ends.a[at]) / self.h
-            bent = Ends(*(part[self._bent] for part in ends)).known(self.h)
+            at = derivatives.position[lines]
+            slopes[lines] = (ends.b[at] - ends.a[at]) / self.h
+            at = derivatives.position[derivatives.curves[0]]
+            bent = Ends(*(part[at] for part in ends)).known(self.h)
             orders = bent.da, curves.second(bent, self.h), curves.third(bent, self.h)
-            for places, values in zip(self._curves, orders, strict=True):
+            for places, values in zip(derivatives.curves, orders, strict=True):
                 slopes[places] = values
-        if self._told.size:
-            slopes[self._told] = slope_or_none(slots.point[derivatives.slot[self._told]])
-        if self._signals.size:
-            slopes[self._signals] = slots.newest[derivatives.slot[self._signals]]
+        if told.size:
+            slopes[told] = slope_or_none(slots.point[derivatives.slot[told]])
+        if fed.size:
+            slopes[fed] = slots.newest[derivatives.slot[fed]]
         slopes *= self._factor
 
     def _find(self) -> None:
         self._values[:] = self._inputs.factor * self._blend(self._ends(self.k), self.h) + self._inputs.addend
 
     def _single(self) -> IntArray:
-        """Return the slot that each input has its value from."""
-        inputs, timing = self._inputs, self._turn.timing
-        at_end = np.isin(timing, AT_END)
-        found = np.where(at_end, self._slots.places(NEWEST, inputs.source), self._slots.places(POINT, inputs.source))
-        return np.where(np.isin(timing, SIGNALS), self._slots.places(NEWEST, inputs.signal), found)
+        """Return the place that each input has its value from."""
+        turn, inputs, places = self._turn, self._inputs, self._slots.places
+        found = np.where(turn.newest, places(NEWEST, inputs.source), places(POINT, inputs.source))
+        return np.where(turn.fed, places(NEWEST, inputs.signal), found)
 
     def _blend(self, ends: Ends, h: float) -> FloatArray:
         """Return the values of inputs of any timing."""
         inputs, timing, slots = self._inputs, self._turn.timing, self._slots
         if self._turn.has_curves:
             ends = ends.known(h)
-        value = np.where(np.isin(timing, AT_END), ends.b, ends.a)
+        value = np.where(self._turn.newest, ends.b, ends.a)
         value = np.where(timing == MIDPOINT, 0.5 * (ends.a + ends.b), value)
         value = np.where(timing == MEAN, curves.mean(ends, h), value)
         follows = timing == EXTRAPOLATED_MEAN
         value[follows] += 0.5 * h * slope_or_none(slots.point[inputs.slope[follows]])
-        signal = np.isin(timing, SIGNALS)
-        value[signal] = slots.newest[inputs.signal[signal]]
+        fed = self._turn.fed
+        value[fed] = slots.newest[inputs.signal[fed]]
         return value
 
 

@@ -61,6 +61,16 @@ class InputDerivatives:
         """The orders as an array."""
         return np.array(self.orders, dtype=np.int64)
 
+    @cached_property
+    def places(self) -> dict[int, IntArray]:
+        """Form -> places of the derivatives of it."""
+        return {form: np.flatnonzero(self.form == form) for form in (LINE, CURVE, SLOT, SIGNAL_SLOT)}
+
+    @cached_property
+    def curves(self) -> list[IntArray]:
+        """Places of the first, second and third derivatives of curves, the same inputs in each."""
+        return [np.flatnonzero((self.form == CURVE) & (self.order == n)) for n in (1, 2, 3)]
+
 
 @dataclass(frozen=True)
 class Turn:
@@ -96,6 +106,21 @@ class Turn:
     def halfway(self) -> bool:
         """Whether any input is held between the values at both ends."""
         return bool(np.isin(self.timing, (MIDPOINT, MEAN, SIGNAL_MEAN)).any())
+
+    @cached_property
+    def newest(self) -> BoolArray:
+        """Which inputs are what their sources have returned last."""
+        return np.isin(self.timing, (AFTER_STEP, STEP_MEAN))
+
+    @cached_property
+    def fed(self) -> BoolArray:
+        """Which inputs are signals."""
+        return np.isin(self.timing, (SIGNAL, SIGNAL_MEAN))
+
+    @cached_property
+    def blends(self) -> bool:
+        """Whether any input is made of more than one value."""
+        return bool(np.isin(self.timing, (MIDPOINT, MEAN, EXTRAPOLATED_MEAN)).any())
 
     @cached_property
     def moving_references(self) -> tuple[int, ...]:

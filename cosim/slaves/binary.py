@@ -42,12 +42,11 @@ class Unmoved:
         self.unzipDirectory, self.instanceName = str(folder), name
         self.fmiCallLogger, self.requireFunctions = None, True
         self._functions: dict[str, Any] = {}
-        self._name = name.encode()
+        self._address = breadcrumb.address(name.encode())
         self._heard, self._stubs = heard, list[Any]()
         self.lacking: set[str] = set()
-        self.dll: Any = _Lenient(
-            _load(_library(description, folder), self._name), f"{self.modelIdentifier}_", self._stand_in
-        )
+        loaded = _load(_library(description, folder), name.encode())
+        self.dll: Any = _Lenient(loaded, f"{self.modelIdentifier}_", self._stand_in)
         self._loadFunctions()  # pyright: ignore[reportAttributeAccessIssue]
         missing = [function for function in map(self.in_library, self.needed) if function in self.lacking]
         if missing:
@@ -73,9 +72,12 @@ class Unmoved:
         return self._stubs[-1]
 
     def _call(self, fname: str, *args: Any) -> Any:
-        function = self._functions[fname]
-        with breadcrumb.inside(self._name, fname.encode()):
+        function, here = self._functions[fname], breadcrumb.here()
+        here.instance, here.function = self._address, breadcrumb.address(fname.encode())
+        try:
             result = function(*args)
+        finally:
+            here.function = None
         if function.restype is ctypes.c_int and result != OK:
             if result != WARNING:
                 raise FMICallException(function=fname, status=result)

@@ -7,7 +7,7 @@ hold for one instance, until it is freed.
 import ctypes
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 
@@ -89,15 +89,7 @@ class ReadyCalls:
         return made
 
 
-@runtime_checkable
-class Offers(Protocol):
-    """A slave that may offer ready calls."""
-
-    def ready(self) -> ReadyCalls | None:
-        """Return them; None for an instance that is not one of C."""
-        ...
-
-
 def ready_calls(slave: Slave) -> ReadyCalls | None:
-    """Return the ready calls of a slave that offers them."""
-    return slave.ready() if isinstance(slave, Offers) else None
+    """Return the ready calls of a slave that offers them, by a method `ready`."""
+    offer: Callable[[], ReadyCalls | None] | None = getattr(slave, "ready", None)
+    return None if offer is None else offer()

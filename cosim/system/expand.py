@@ -44,7 +44,9 @@ def wire(system: System, descriptions: Mapping[str, ModelDescription]) -> Wiring
         raise WiringErrors(system.name, mistakes)
     periods |= {name: periods[feed.component] for name, feed in feeds.feeds.items()}
     described = ordered | {name: feeds_description(feed) for name, feed in feeds.feeds.items()}
-    return Wiring(described, (*links, *feeds.links), settings, held, periods, system.name, feeds.feeds)
+    return Wiring(
+        described, (*links, *feeds.links), settings, held, periods, system.name, feeds.feeds, parameters.resolved
+    )
 
 
 def rewire(wiring: Wiring, system: System) -> Wiring:
@@ -52,7 +54,7 @@ def rewire(wiring: Wiring, system: System) -> Wiring:
 
     Raises `WiringErrors`.
     """
-    parameters = Parameters(system, wiring.fmus)
+    parameters = Parameters(system, wiring.fmus, wiring.resolved)
     settings, held = parameters.settings(), _unfed(parameters.held(), wiring.links)
     if system.hold_unconnected:
         held |= _unconnected(wiring.fmus, wiring.links, held)

@@ -21,30 +21,57 @@ WORDS = ("String", "Enumeration", "Boolean")
 EXACT = 2**53
 """The largest whole number up to which all are doubles, as values that are exchanged are."""
 
+Settings = Mapping[Port, Scalar]
+"""Values of single variables in their own units."""
+
+Entry = tuple[str, str, str, str | None]
+"""An entry of a system's vehicle or parameters: which of them, name, and the value as Python and as a text."""
+
+NONE: Mapping[Entry, Settings] = {}
+
 
 class Parameters:
-    """Resolves names and values of a system; every mistake is put into `mistakes` instead of raised."""
+    """Resolves names and values of a system; every mistake is put into `mistakes` instead of raised.
 
-    def __init__(self, system: System, descriptions: Mapping[str, ModelDescription]) -> None:
+    `known`: what entries have come to before, for the same descriptions; `resolved` has it of all that are right.
+    """
+
+    def __init__(
+        self, system: System, descriptions: Mapping[str, ModelDescription], known: Mapping[Entry, Settings] = NONE
+    ) -> None:
         self.system = system
         self.descriptions = descriptions
         self.mistakes: list[SimulationError] = []
+        self._known, self.resolved = known, dict[Entry, Settings]()
 
     def settings(self) -> dict[Port, Scalar]:
         """Return what is set before initialization: vehicle values, then "*.name", then arrays, then elements."""
         result: dict[Port, Scalar] = {}
         for name, value in self.system.vehicle.items():
-            result |= self._everywhere(name, value, "vehicle", only_parameters=True)
+            result |= self._entry("vehicle", name, value)
         for key in sorted(self.system.parameters, key=_specificity):
-            value = self.system.parameters[key]
-            component, name = split_port(key)
-            if component == "*":
-                result |= self._everywhere(name, value, "parameters", only_parameters=False)
-            elif component not in self.descriptions:
-                self.mistakes.append(UnknownName("component", component, f'parameter "{key}"', list(self.descriptions)))
-            else:
-                result |= self._set(component, name, value)
+            result |= self._entry("parameters", key, self.system.parameters[key])
         return result
+
+    def _entry(self, where: str, key: str, value: Any) -> Settings:
+        entry = where, key, repr(value), value.text if isinstance(value, Value) else None
+        found, mistakes = self._known.get(entry), len(self.mistakes)
+        if found is None:
+            found = self._resolve(where, key, value)
+        if len(self.mistakes) == mistakes:
+            self.resolved[entry] = found
+        return found
+
+    def _resolve(self, where: str, key: str, value: Any) -> Settings:
+        if where == "vehicle":
+            return self._everywhere(key, value, where, only_parameters=True)
+        component, name = split_port(key)
+        if component == "*":
+            return self._everywhere(name, value, where, only_parameters=False)
+        if component not in self.descriptions:
+            self.mistakes.append(UnknownName("component", component, f'parameter "{key}"', list(self.descriptions)))
+            return {}
+        return self._set(component, name, value)
 
     def held(self) -> dict[Port, Scalar]:
         """Return the values of held inputs."""

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from cosim.system.signal import Signal
 from fmus.description.description import ModelDescription, Scalar, ScalarVariable
@@ -88,7 +88,8 @@ class Feed:
 class Wiring:
     """A system without mistakes. `settings` and `held`: in the variables' own units. `periods`: of every component.
 
-    `feeds`: the signals, by the names of the instances that they are; these are among `descriptions` too.
+    `feeds`: the signals, by the names of the instances that they are; these are among `descriptions` too. `resolved`:
+    what each entry of the system has come to, for a flight that changes some of them (parameters.py).
     """
 
     descriptions: Mapping[str, ModelDescription]
@@ -99,6 +100,7 @@ class Wiring:
     system: str = ""
     feeds: Mapping[str, Feed] = field(default_factory=dict[str, Feed])
     refreshed: bool = True
+    resolved: Mapping[Any, Mapping[Port, Scalar]] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def fmus(self) -> Mapping[str, ModelDescription]:
