@@ -41,7 +41,7 @@ def why_not(old: Course, new: Course, wiring: Wiring, own: tuple[Schedule, Sched
         for (knots, before), (others, after) in zip(*(feeds.pieces(feed, s) for s in own), strict=True):
             i = int(np.searchsorted(knots, float(time)))
             if knots[: i + 1].tobytes() != others[: i + 1].tobytes() or before[:i].tobytes() != after[:i].tobytes():
-                return f"a sample of the signal of {feed.name} lies at another communication point"
+                return f"a sample of a signal of {feed.component} lies at another communication point"
     return ""
 
 
