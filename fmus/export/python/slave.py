@@ -179,9 +179,15 @@ class ComponentSlave(Fmi2Slave):
         return True
 
     def terminate(self):
-        """fmi2Terminate: CasADi objects must not live until the interpreter is torn down."""
+        """fmi2Terminate: CasADi objects must not live until the interpreter is torn down.
+
+        In a host that is no Python process, CasADi's own data are gone by then: cycles that hold any are opened here.
+        """
+        component = self.runtime.component if not self._unusable else None
         self._call("terminate")
         self.runtime.release()
+        if component is not None:
+            vars(component).clear()
 
     def get_integer(self, vrs):
         """fmi2GetInteger."""
