@@ -44,6 +44,18 @@ def _checksum(data):
     return hashlib.sha256(data).hexdigest().encode()
 
 
+def _missing(error, resources):
+    """Return what to do about a package that is not there."""
+    package = (error.name or str(error)).partition(".")[0]
+    lines = (resources / "requirements.txt").read_text(encoding="utf-8").split()
+    needed = next((line for line in lines if line.startswith(package)), package)
+    name = json.loads((resources / "component.json").read_text(encoding="utf-8"))["model_name"]
+    return (
+        f"{name}: the package {package} is not installed for the Python that runs this FMU, {sys.version.split()[0]} "
+        f"in {sys.prefix}. Install it there: python -m pip install '{needed}'."
+    )
+
+
 # pythonfmu runs this file, then makes an instance, when an FMU is instantiated; when it is reset it makes one only.
 globals().setdefault("_begun", threading.local()).instantiating = True
 
@@ -69,8 +81,16 @@ class ComponentSlave(Fmi2Slave):
         super().__init__(**kwargs)
         instantiating = vars(_begun).pop("instantiating", False)  # noqa: F821
         self._unusable = ""
+        resources = Path(kwargs["resources"])
         try:
-            self._make(Path(kwargs["resources"]))
+            self._make(resources)
+        except ModuleNotFoundError as error:
+            text = _missing(error, resources)
+            if sys.stderr is not None:  # pythonfmu logs nothing where a host has switched logging off
+                print(text, file=sys.stderr, flush=True)
+            if instantiating:
+                raise ImportError(text) from error
+            self._unusable = f"fmi2Reset: {text}"
         except Exception as error:
             if instantiating:
                 raise
@@ -159,9 +179,15 @@ class ComponentSlave(Fmi2Slave):
         return True
 
     def terminate(self):
-        """fmi2Terminate: CasADi objects must not live until the interpreter is torn down."""
+        """fmi2Terminate: CasADi objects must not live until the interpreter is torn down.
+
+        In a host that is no Python process, CasADi's own data are gone by then: cycles that hold any are opened here.
+        """
+        component = self.runtime.component if not self._unusable else None
         self._call("terminate")
         self.runtime.release()
+        if component is not None:
+            vars(component).clear()
 
     def get_integer(self, vrs):
         """fmi2GetInteger."""
