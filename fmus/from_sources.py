@@ -4,6 +4,7 @@ The files are those that modelDescription.xml (FMI 2.0) or sources/buildDescript
 FMI headers, else those that fmpy brings. Sources that are not C, or are not listed, are refused.
 """
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import fmpy
@@ -45,7 +46,7 @@ def compile_sources(path: Path, folder: Path, description: ModelDescription) -> 
 def _listed(path: Path, folder: Path, description: ModelDescription) -> tuple[list[str], list[str], list[str]]:
     """Return preprocessor definitions, sources, and folders of headers, as the FMU lists them."""
     if not description.fmi_version.startswith("3"):
-        files = list(description.source_files)
+        files = _compiled(description.source_files)
         if not files:
             raise FmuError(path, f"it has no binary for {fmpy.platform}, and its modelDescription.xml lists no sources")
         return [], files, []
@@ -54,7 +55,7 @@ def _listed(path: Path, folder: Path, description: ModelDescription) -> tuple[li
     except Exception as error:  # fmpy raises whatever a damaged file leads to
         raise FmuError(path, f"its sources/buildDescription.xml is damaged: {error}") from error
     sets = [s for c in found if c.modelIdentifier == description.model_identifier for s in c.sourceFileSets]
-    if not sets:
+    if not any(_compiled(s.sourceFiles) for s in sets):
         raise FmuError(path, f"it has no binary for {fmpy.platform}, and no buildDescription.xml that lists sources")
     other = next((s.language for s in sets if (s.language or "") not in LANGUAGES), None)
     if other is not None:
@@ -63,4 +64,9 @@ def _listed(path: Path, folder: Path, description: ModelDescription) -> tuple[li
         )
     wanted = [d for s in sets for d in s.preprocessorDefinitions if not d.optional]
     defines = [f"-D{d.name}={d.value or ''}" for d in wanted]
-    return defines, [f for s in sets for f in s.sourceFiles], [i for s in sets for i in s.includeDirectories]
+    return defines, _compiled(f for s in sets for f in s.sourceFiles), [i for s in sets for i in s.includeDirectories]
+
+
+def _compiled(listed: Iterable[str]) -> list[str]:
+    """Return what is compiled of the files that are listed: some tools list headers too."""
+    return [name for name in listed if not name.endswith(".h")]

@@ -140,14 +140,24 @@ class FmuSlave(Instance):
             raise self._stopped(self._ended)
         try:
             self._fmu.fmi2DoStep(self._fmu.component, t, h, fmi2.fmi2True)
+            return
         except FMICallException as error:
-            if error.status == fmi2.fmi2Pending:
-                self._wait()
-                return
-            failure, end = self._failure(error), t + h
+            status = error.status
+        self._stepped(status, t, h)
+
+    def _stepped(self, status: int, t: float, h: float) -> None:
+        """Take the status of a step that is not fmi2OK."""
+        if self._ended is not None:
+            raise self._stopped(self._ended)
+        if status == fmi2.fmi2Warning:
+            note_warnings(self.warned, "fmi2DoStep", 1, breadcrumb.here().time)
+        elif status == fmi2.fmi2Pending:
+            self._wait()
+        else:
+            failure = self._failure(FMICallException(function="fmi2DoStep", status=status))
             last = failure.last_successful_time
-            if not failure.terminated or last is None or last < end - 1e-12 * max(abs(t), h):
-                raise failure from None
+            if not failure.terminated or last is None or last < t + h - 1e-12 * max(abs(t), h):
+                raise failure
             self._ended = last
 
     def _stopped(self, last: float) -> CallFailed:
@@ -222,14 +232,12 @@ class FmuSlave(Instance):
     def ready(self) -> ReadyCalls | None:
         """Return the instance for a loop in Python; see `ReadyCalls`."""
         found = self.c_interface()
-        return None if found is None else ReadyCalls(self.name, found, self._returned)
+        return None if found is None else ReadyCalls(self.name, found, self._returned, self._stepped)
 
     def _returned(self, function: str, status: int) -> None:
         """Take a status that is not fmi2OK."""
         if status == fmi2.fmi2Warning:
             note_warnings(self.warned, function, 1, breadcrumb.here().time)
-        elif status == fmi2.fmi2Pending and function == "fmi2DoStep":
-            self._wait()
         else:
             raise self._failure(FMICallException(function=function, status=status))
 

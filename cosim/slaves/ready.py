@@ -13,6 +13,7 @@ import numpy as np
 
 from cosim.arrays import FloatArray
 from cosim.slaves import breadcrumb
+from cosim.slaves.binary import DISCARD
 from cosim.slaves.slave import CInterface, References, Slave
 
 Ready = Callable[[], None]
@@ -22,14 +23,26 @@ _FUNCTION = ctypes.CFUNCTYPE(ctypes.c_int)  # no argtypes: what is passed is of 
 _DO_STEP = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_int)
 
 
+def _discard(*_: Any) -> int:
+    return DISCARD
+
+
 class ReadyCalls:
-    """The calls of one instance; `returned(function, status)` takes each status that is not fmi2OK.
+    """The calls of one instance.
+
+    `returned(function, status)` takes each status that is not fmi2OK, `stepped(status, t, h)` that of a step.
 
     Arrays are of doubles, contiguous, a value for each value reference; the calls read and write them where they are.
     """
 
-    def __init__(self, name: str, interface: CInterface, returned: Callable[[str, int], None]) -> None:
-        self._interface, self._returned = interface, returned
+    def __init__(
+        self,
+        name: str,
+        interface: CInterface,
+        returned: Callable[[str, int], None],
+        stepped: Callable[[int, float, float], None],
+    ) -> None:
+        self._interface, self._returned, self._stepped = interface, returned, stepped
         self._crumb, self._instance = breadcrumb.here(), breadcrumb.address(name.encode())
 
     def get_real(self, references: References, into: FloatArray) -> Ready:
@@ -50,19 +63,22 @@ class ReadyCalls:
 
     def do_step(self) -> Callable[[float, float], None]:
         """Return fmi2DoStep, called with t and h in s."""
-        step = _DO_STEP(self._interface.functions["fmi2DoStep"])
+        step: Callable[..., int] = _DO_STEP(self._interface.functions["fmi2DoStep"])
         component = ctypes.c_void_p(self._interface.component)
         crumb, instance, name = self._crumb, self._instance, breadcrumb.address(b"fmi2DoStep")
-        returned = self._returned
+        stepped = self._stepped
 
         def do_step(t: float, h: float) -> None:
+            nonlocal step
             crumb.instance, crumb.function = instance, name
             try:
                 status = step(component, t, h, 1)
             finally:
                 crumb.function = None
             if status:
-                returned("fmi2DoStep", status)
+                stepped(status, t, h)
+                if status == DISCARD:  # and it counts: there is no other
+                    step = _discard
 
         return do_step
 

@@ -238,7 +238,8 @@ class TestSources:
         variables = [real("u", "input", start=2.0), real("y")]
         code = {"outputs": "y = m->state[0];", "step": "m->state[0] += own * more() * h * u;"}
         path = c_fmu.build(tmp_path, "I", variables, template=template.replace("double more(void);", MORE), **code)
-        listed = '<SourceFiles><File name="fmu.c"/><File name="sub/more.c"/></SourceFiles></CoSimulation>'
+        files = "".join(f'<File name="{name}"/>' for name in ("fmu.c", "sub/more.c", "sub/own.h"))
+        listed = f"<SourceFiles>{files}</SourceFiles></CoSimulation>"
         source = (tmp_path / "I-source" / "fmu.c").read_text().replace(MORE, "double more(void);")
         with zipfile.ZipFile(path) as old, zipfile.ZipFile(tmp_path / "s.fmu", "w") as new:
             xml = old.read("modelDescription.xml").decode()
