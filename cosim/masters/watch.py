@@ -15,6 +15,9 @@ from cosim.masters.layout import Layout
 from cosim.masters.point import Point
 from cosim.time import Schedule
 
+LINE = 8
+"""Values in a line of the cache, 64 bytes."""
+
 LOOK = 0.1
 """Seconds of wall time after which whoever flies a run gets a look at it."""
 
@@ -23,11 +26,14 @@ class Block:
     """Preallocated rows: `data` has shape (capacity, 1 + columns), time in s first; the first `count` rows are valid.
 
     A row counts only once it is complete, so that an interrupted step leaves no half row. The kernel counts too, at
-    `count_address`.
+    `count_address`. The values of a column stand side by side, as results have them, `stride` values before those of
+    the next: an odd number of cache lines, so that a row's values share none of the cache's places.
     """
 
     def __init__(self, capacity: int, columns: int) -> None:
-        self.data: FloatArray = np.empty((capacity, 1 + columns))
+        self.stride = LINE * (-(-capacity // LINE) | 1)
+        self.columns: FloatArray = np.empty((1 + columns, self.stride))[:, :capacity]
+        self.data: FloatArray = self.columns.T
         self._count = ctypes.c_longlong()
         self.count_address = ctypes.addressof(self._count)
 

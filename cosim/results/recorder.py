@@ -25,7 +25,7 @@ FLUSH = 1.0
 """Seconds after which rows go to the operating system at the latest."""
 
 BLOCK_BYTES = 4_000_000
-BLOCK_ROWS = 4096
+BLOCK_ROWS = 16384
 
 
 class Recorder:
@@ -49,6 +49,8 @@ class Recorder:
         self.rows, self._before = kept or 0, kept
         self._columns, self._texts = columns, texts
         self._schema = schema(columns)
+        self._types: tuple[ColumnType, ...] = ("Real", *columns.types)
+        self._whole = [_reals(column) for column in self.block.columns]
         self._folder = folder
         self._stream: _Stream | None = None
         self._kept: list[pa.RecordBatch] = []
@@ -82,12 +84,12 @@ class Recorder:
         """Write all complete rows."""
         count = self.block.count
         if count:
-            batch = self._batch(self.block.data[:count])
             if self._stream is None:
-                self._kept.append(batch)
+                columns = self.block.columns[:, :count].copy()  # the block's own are overwritten
+                self._kept.append(self._batch(columns, list(map(_reals, columns))))
             else:
                 try:
-                    self._stream.write(batch)
+                    self._stream.write(self._batch(self.block.columns[:, :count], self._whole))
                 except ResultUnwritable:
                     self._cut, self.block.count = True, 0
                     raise
@@ -107,16 +109,14 @@ class Recorder:
         """Return the rows that were kept in memory."""
         return pa.Table.from_batches(self._kept, schema=self._schema)
 
-    def _batch(self, rows: FloatArray) -> pa.RecordBatch:
-        columns = rows.T.copy()  # a single row is contiguous as it is, and would be overwritten by the next
-        types: tuple[ColumnType, ...] = ("Real", *self._columns.types)
-        arrays = [self._array(column, kind) for column, kind in zip(columns, types, strict=True)]
+    def _batch(self, columns: FloatArray, reals: list[pa.Array]) -> pa.RecordBatch:
+        """Return some rows by their columns; `reals`: the same as Arrow has them, perhaps with more rows."""
+        parts = zip(columns, reals, self._types, strict=True)
+        arrays = [r.slice(0, len(c)) if kind == "Real" else self._array(c, kind) for c, r, kind in parts]
         return pa.RecordBatch.from_arrays(arrays, schema=self._schema)
 
     def _array(self, column: FloatArray, kind: ColumnType) -> pa.Array:
-        """Return a column in its own type. pa.array of a NumPy array would import pandas."""
-        if kind == "Real":
-            return pa.Array.from_buffers(pa.float64(), len(column), [None, pa.py_buffer(column)])
+        """Return a column in a type that is not Real."""
         if kind in ("Integer", "Enumeration"):
             buffer = pa.py_buffer(column.astype(np.int32))
             return pa.Array.from_buffers(ENUMERATION, len(column), [None, buffer])
@@ -126,6 +126,11 @@ class Recorder:
             bits = np.packbits(column != 0, bitorder="little")
             return pa.Array.from_buffers(pa.bool_(), len(column), [None, pa.py_buffer(bits)])
         return pa.array([self._texts.words(number) for number in column.tolist()], pa.string())
+
+
+def _reals(column: FloatArray) -> pa.Array:
+    """Return a column of Reals over the same memory. pa.array of a NumPy array would import pandas."""
+    return pa.Array.from_buffers(pa.float64(), len(column), [None, pa.py_buffer(column)])
 
 
 class _Stream:

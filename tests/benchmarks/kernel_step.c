@@ -29,28 +29,34 @@ typedef struct {
     double next[2];
 } Pair;
 
+static int step_same(Pair *pairs, int n, long k, double rate)
+{
+    const double t = (double)k / rate, h = (double)(k + 1) / rate - t;
+    double u_next;
+    int i;
+    for (i = 0; i < n; i++) {
+        Pair *p = &pairs[i];
+        if (p->plant.set(p->plant.instance, p->plant.in, 1, &p->u) > 1) return 1;
+        if (p->plant.step(p->plant.instance, t, h, 1) > 1) return 1;
+        if (p->plant.get(p->plant.instance, p->plant.out, 2, p->next) > 1) return 1;
+        if (p->pd.set(p->pd.instance, p->pd.in, 2, p->y) > 1) return 1;
+        if (p->pd.step(p->pd.instance, t, h, 1) > 1) return 1;
+        if (p->pd.get(p->pd.instance, p->pd.out, 1, &u_next) > 1) return 1;
+    }
+    for (i = 0; i < n; i++) {
+        Pair *p = &pairs[i];
+        p->y[0] = p->next[0], p->y[1] = p->next[1];
+        if (p->pd.set(p->pd.instance, p->pd.in, 2, p->y) > 1) return 1;
+        if (p->pd.get(p->pd.instance, p->pd.out, 1, &p->u) > 1) return 1;
+    }
+    return 0;
+}
+
 EXPORT int loop_same(Pair *pairs, int n, long steps, double rate)
 {
     long k;
-    int i;
-    for (k = 0; k < steps; k++) {
-        double t = (double)k / rate, h = (double)(k + 1) / rate - t, u_next;
-        for (i = 0; i < n; i++) {
-            Pair *p = &pairs[i];
-            if (p->plant.set(p->plant.instance, p->plant.in, 1, &p->u) > 1) return 1;
-            if (p->plant.step(p->plant.instance, t, h, 1) > 1) return 1;
-            if (p->plant.get(p->plant.instance, p->plant.out, 2, p->next) > 1) return 1;
-            if (p->pd.set(p->pd.instance, p->pd.in, 2, p->y) > 1) return 1;
-            if (p->pd.step(p->pd.instance, t, h, 1) > 1) return 1;
-            if (p->pd.get(p->pd.instance, p->pd.out, 1, &u_next) > 1) return 1;
-        }
-        for (i = 0; i < n; i++) {
-            Pair *p = &pairs[i];
-            p->y[0] = p->next[0], p->y[1] = p->next[1];
-            if (p->pd.set(p->pd.instance, p->pd.in, 2, p->y) > 1) return 1;
-            if (p->pd.get(p->pd.instance, p->pd.out, 1, &p->u) > 1) return 1;
-        }
-    }
+    for (k = 0; k < steps; k++)
+        if (step_same(pairs, n, k, rate)) return 1;
     return 0;
 }
 
@@ -105,6 +111,19 @@ EXPORT int loop_slopes(Pair *pairs, int n, long steps, double rate)
             if (b->get_slopes(b->instance, b->out, 1, first, &p->du) > 1) return 1;
             for (j = 0; j < 2; j++) p->y[j] = p->next[j], p->dy[j] = slopes[j];
         }
+    }
+    return 0;
+}
+
+/* loop_same of one pair that keeps time, the inputs and outputs of both of every communication point in `rows`. */
+EXPORT int loop_rows(Pair *p, long steps, double rate, double *rows)
+{
+    long k;
+    for (k = 0; k < steps; k++, rows += 7) {
+        if (step_same(p, 1, k, rate)) return 1;
+        rows[0] = (double)(k + 1) / rate;
+        rows[1] = p->u, rows[2] = p->y[0], rows[3] = p->y[1];
+        rows[4] = p->y[0], rows[5] = p->y[1], rows[6] = p->u;
     }
     return 0;
 }

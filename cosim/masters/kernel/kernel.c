@@ -147,18 +147,22 @@ static void show_inputs(Run *r)
         r->point[r->input_slot[i]] = r->input_factor[i] * r->point[r->input_source[i]] + r->input_addend[i];
 }
 
-static void write_row(Run *r, integer k, double *row)
+/* Write the row of point k, at t, the values of which are `stride` apart. */
+static void write_row(Run *r, double t, double *row, integer stride)
 {
+    const double *point = r->point;
+    const integer *slot = r->column_slot, columns = r->columns;
     integer i;
     show_inputs(r);
-    row[0] = point_time(r, k);
-    for (i = 0; i < r->columns; i++) row[1 + i] = r->point[r->column_slot[i]];
+    *row = t;
+    for (i = 0; i < columns; i++) *(row += stride) = point[slot[i]];
 }
 
-/* Take steps to communication point `until`, for about `seconds`. Rows go to `rows` (`capacity` rows of 1 + columns)
- * from row `*count` on, which counts complete rows at any time. Returns 0, or -1 for a run that cannot be; r->done and
+/* Take steps to communication point `until`, for about `seconds`. Rows go to `rows` (`capacity` of them, time
+ * and columns `stride` apart) from row `*count` on, which counts complete rows at any time. Returns 0, or -1 for a run that cannot be; r->done and
  * r->failed_call say how it went. */
-EXPORT int kernel_run(Run *r, integer until, double seconds, double *rows, integer capacity, volatile integer *count)
+EXPORT int kernel_run(Run *r, integer until, double seconds, double *rows, integer capacity, integer stride,
+                      volatile integer *count)
 {
     const double begun = now();
     double last = begun;
@@ -178,7 +182,7 @@ EXPORT int kernel_run(Run *r, integer until, double seconds, double *rows, integ
         t = next;
         if (r->done == next_row) {
             next_row = next_recorded(r, r->done);
-            write_row(r, r->done, rows + *count * (1 + r->columns));
+            write_row(r, t, rows + *count, stride);
             r->last_row = r->done;
             ++*count;
         }

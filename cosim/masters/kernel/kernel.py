@@ -97,7 +97,13 @@ class Kernel:
         here = breadcrumb.here()
         here.run = ctypes.addressof(run)
         refused = self._library.kernel_run(
-            ctypes.byref(run), until, LOOK, block.data.ctypes.data, len(block.data), block.count_address
+            ctypes.byref(run),
+            until,
+            LOOK,
+            block.columns.ctypes.data,
+            len(block.data),
+            block.stride,
+            block.count_address,
         )
         here.run, here.time = None, self.turns.schedule.time(run.done)
         if refused:

@@ -183,7 +183,7 @@ def _layout(found: ctypes.CDLL) -> list[int]:
 def _declared(found: ctypes.CDLL) -> ctypes.CDLL:
     integer, pointer = ctypes.c_longlong, ctypes.c_void_p
     found.kernel_run.restype = ctypes.c_int
-    found.kernel_run.argtypes = [pointer, integer, ctypes.c_double, pointer, integer, pointer]
+    found.kernel_run.argtypes = [pointer, integer, ctypes.c_double, pointer, integer, integer, pointer]
     found.kernel_attempt.restype = ctypes.c_int
     found.kernel_attempt.argtypes = [pointer, ctypes.c_double, ctypes.c_double]
     for name in (*SIGNAL_FUNCTIONS.values(), *FMI3_FUNCTIONS.values()):
