@@ -104,15 +104,16 @@ def conversion(inputs: Inputs, slots: Slots, sources: IntArray, values: FloatArr
 
 
 def finiteness(vector: FloatArray, slots: IntArray) -> Callable[[], bool]:
-    """Return what tells whether some slots of a vector are finite for sure: their sum is, or their product with 0 is 0.
+    """Return what tells whether some slots of a vector are finite for sure.
 
-    Where it does not, each has to be asked: the sum of large numbers may be infinite.
+    Where it says no, each has to be asked: of few numbers it is the sum, which may be infinite where they are not.
     """
-    zeros, where = np.zeros(len(slots)), place(slots)
+    where = place(slots)
     if not isinstance(where, slice):
-        return lambda: vector.take(where).dot(zeros) == 0.0
+        return lambda: bool(np.isfinite(vector.take(where)).all())
     view = vector[where]
     if len(slots) <= FEW:
         numbers = view.data
         return lambda: isfinite(sum(numbers))
-    return lambda: view.dot(zeros) == 0.0
+    flags = np.zeros(len(slots), dtype=np.bool_)
+    return lambda: bool(np.isfinite(view, flags).all())

@@ -88,9 +88,10 @@ class Feed:
 class Wiring:
     """A system without mistakes. `settings` and `held`: in the variables' own units. `periods`: of every component.
 
-    `feeds`: the signals, by the names of the instances that they are; these are among `descriptions` too. `resolved`:
-    what each entry of the system has come to, for a flight that changes some of them (parameters.py). `refreshed`:
-    whether outputs that follow inputs directly are evaluated again at points; the plain exchange does without.
+    `feeds`: the signals, by the names of the instances that they are; these are among `descriptions` too. `refreshed`:
+    whether outputs that follow inputs directly are evaluated again at communication points; the plain exchange does
+    without. `resolved`: what each entry of the system has come to, for a flight that changes some of them
+    (parameters.py).
     """
 
     descriptions: Mapping[str, ModelDescription]

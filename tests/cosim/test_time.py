@@ -260,6 +260,14 @@ class TestSchedule:
         with pytest.raises(TimeError, match=r"^every is "):
             Schedule.of(0, 1, 0.1, every)
 
+    @pytest.mark.parametrize("every", [1, 2, 3, 7, 100])
+    @pytest.mark.parametrize("events", [(), (0.25,), (0.0, 0.3, 0.35, 0.36, 0.99)])
+    def test_the_next_recorded_point_is_the_first_that_is_recorded(self, every, events):
+        schedule = Schedule.of(0, 1.05, 0.1, every, events)
+        for k in range(schedule.steps):
+            found = next(n for n in range(k + 1, schedule.steps + 1) if schedule.recorded(n))
+            assert schedule.next_recorded(k) == found
+
     @pytest.mark.parametrize("times", [(0, 2.0**60, 1e-9), (-(2.0**60), 1, 1e-9), (0, 1e16, 0.1)])
     def test_counts_stay_doubles(self, times):
         with pytest.raises(TimeError, match="beyond what can be counted in units of 1/"):

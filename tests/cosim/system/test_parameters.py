@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from cosim.system import Value
+from cosim.system import System, Value
+from cosim.system.parameters import Parameters
 from cosim.system.wiring import Port
 
 from ..fakes import Vehicle
@@ -42,6 +43,23 @@ class TestParameters:
             "plant.on": False,
             "plant.label": "5 V",
         }
+
+    def test_what_was_resolved_before_is_taken_for_the_same_entry_only(self):
+        """1, 1.0, True and their texts are equal or look alike, and come to different values, or to none."""
+        first = wired(parameters={"plant.Omega": [1, 2], "plant.on": True, "plant.label": "5 V"})
+        plant = first.descriptions
+        for given in (
+            {"plant.Omega": [1, 2], "plant.on": True, "plant.label": "5 V"},
+            {"plant.Omega": [1, 3], "plant.on": 0, "plant.label": "5"},
+            {"plant.Omega": Value([1, 2]), "plant.on": "false", "plant.label": Value("5 V")},
+            {"plant.Omega": [1, 2], "plant.on": 1.0},
+        ):
+            system = System(name="s", components={}, parameters=given)
+            alone, again = Parameters(system, plant), Parameters(system, plant, first.resolved)
+            assert again.settings() == alone.settings()
+            assert [str(m) for m in again.mistakes] == [str(m) for m in alone.mistakes]
+        assert again.mistakes
+        assert [e[1] for e in again.resolved] == ["plant.Omega"]
 
     def test_precedence_vehicle_everywhere_array_element(self):
         settings = wired(
