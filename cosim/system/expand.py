@@ -45,7 +45,14 @@ def wire(system: System, descriptions: Mapping[str, ModelDescription]) -> Wiring
     periods |= {name: periods[feed.component] for name, feed in feeds.feeds.items()}
     described = ordered | {name: feeds_description(feed) for name, feed in feeds.feeds.items()}
     return Wiring(
-        described, (*links, *feeds.links), settings, held, periods, system.name, feeds.feeds, parameters.resolved
+        described,
+        (*links, *feeds.links),
+        settings,
+        held,
+        periods,
+        system.name,
+        feeds.feeds,
+        resolved=parameters.resolved,
     )
 
 
