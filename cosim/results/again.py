@@ -44,11 +44,11 @@ def record(
     advice = "Fly it without checkpoints."
     try:
         told = {"system": _fields(system), "experiment": _fields(experiment)}
-        same = system_of(told) == system and experiment_of(told) == experiment
+        again = {"system": _fields(system_of(told)), "experiment": _fields(experiment_of(told))}
     except (ValueError, KeyError, TypeError) as error:
         what = f"no class of a master or an experiment here is called {error}" if isinstance(error, KeyError) else error
         raise NotSupported(f"this flight cannot be written down, to be gone on with: {what}", advice) from error
-    if not same:
+    if again != told:
         raise NotSupported("this flight is read back as another one than was written down", advice)
     return {
         "made_by": {

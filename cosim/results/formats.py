@@ -15,6 +15,9 @@ from cosim.results.names import FORMATS, STREAM
 from cosim.results.schema import schema, unit_of
 
 ROW_GROUP = 65536
+SMALL = 256
+"""So many batches are joined: a run with checkpoints flushes its rows at each."""
+
 Types = Mapping[str, pa.DataType]
 
 
@@ -113,15 +116,21 @@ def _schema(stream: Path) -> pa.Schema:
 
 
 def _chunks(stream: Path) -> Iterator[pa.Table]:
-    """Yield tables of about `ROW_GROUP` rows, at least one."""
+    """Yield tables of about `ROW_GROUP` rows, at least one; many small batches, each with its costs, are joined."""
     columns = _schema(stream)
-    waiting: list[pa.RecordBatch] = []
+    joined: list[pa.RecordBatch] = []
+    small: list[pa.RecordBatch] = []
+    rows = 0
     for batch in batches(stream):
-        waiting.append(batch)
-        if sum(b.num_rows for b in waiting) >= ROW_GROUP:
-            yield pa.Table.from_batches(waiting, schema=columns)
-            waiting = []
-    yield pa.Table.from_batches(waiting, schema=columns)
+        small.append(batch)
+        rows += batch.num_rows
+        if len(small) == SMALL:
+            joined += pa.Table.from_batches(small, schema=columns).combine_chunks().to_batches()
+            small = []
+        if rows >= ROW_GROUP:
+            yield pa.Table.from_batches([*joined, *small], schema=columns)
+            joined, small, rows = [], [], 0
+    yield pa.Table.from_batches([*joined, *small], schema=columns)
 
 
 def _write_parquet(stream: Path, target: Path) -> int:

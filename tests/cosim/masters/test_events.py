@@ -293,3 +293,14 @@ class TestSchedule:
         fine = Schedule.of(0.0, 1.0, 0.1, 2, [0.25]).divided(4)
         assert fine.dividing == () and [fine.time(k) for k in fine.event_points] == [0.25]
         assert [fine.time(k) for k in range(fine.steps + 1) if fine.recorded(k)] == [0, 0.2, 0.25, 0.4, 0.6, 0.8, 1.0]
+
+
+def test_a_sample_that_is_due_at_the_event_follows_it():
+    """A system without parameters, too: the law of a sample at the event's time has the new gain."""
+    parts = {"mass": Mass, "damper": SampledDamper}
+    links = [Connection("mass.v", "damper.v", "after_step"), Connection("damper.f", "mass.f")]
+    system = System(name="sampled", components=parts, connections=links)
+    flown = simulate(system, both.experiment(stop=0.5, events=[At(0.3, {"damper.c": 0.9})]))
+    at = flown.time >= 0.3
+    assert_allclose(flown["damper.f"][at], -0.9 * flown["mass.v"][at], rtol=1e-15)
+    assert_allclose(flown["damper.f"][~at], -0.5 * flown["mass.v"][~at], rtol=1e-15)

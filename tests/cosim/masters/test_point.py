@@ -194,6 +194,29 @@ class TestPoint:
         after, _ = voyage.on(crew, point, 1)
         assert same(point, before) and not same(point, after)
 
+    def test_parts_join_with_what_they_remember(self, point):
+        """Floats to the bit, whole numbers of any size, as the state of a generator of noise is."""
+
+        class Remembering:
+            def __init__(self, kept=None):
+                self.kept = kept
+
+            def memory(self):
+                return self.kept
+
+            def recall(self, memory):
+                self.kept = memory
+
+        state = np.random.default_rng(7).bit_generator.state
+        kept = {"line": [0.1, -0.0, float("nan"), 1e-310], "noise": state, "next": 3, "stuck": None, "text": "µ"}
+        sent = point.with_parts({"faults": Remembering(kept), "control": Remembering()}).to_bytes()
+        other = Remembering()
+        Point.from_bytes(sent).recall({"faults": other})
+        assert np.array(other.kept["line"]).tobytes() == np.array(kept["line"]).tobytes()
+        assert {k: v for k, v in other.kept.items() if k != "line"} == {k: v for k, v in kept.items() if k != "line"}
+        with pytest.raises(KeyError, match="unknown"):
+            point.recall({"unknown": other})
+
     @pytest.mark.parametrize("lacking", ["canSerializeFMUstate", "canGetAndSetFMUstate"])
     def test_an_fmu_that_cannot_serialize_is_refused_by_name(self, tmp_path, point, fmu, lacking):
         path = typed(tmp_path, **{lacking: False})

@@ -56,6 +56,13 @@ class TestTime:
         with pytest.raises(TimeError, match=r"communication_step_size is -0.1 s: it must be positive"):
             Schedule.of(0.0, 1.0, -0.1, 1)
 
+    def test_the_point_at_or_after_a_time(self):
+        schedule = Schedule.of(1.0, 2.25, 0.5, 1, [1.2])
+        points = [1.0, 1.2, 1.5, 2.0, 2.25]
+        for t in np.linspace(0.9, 2.3, 141):
+            after = [k for k, point in enumerate(points) if point >= round(t, 2)]
+            assert schedule.reached(Fraction(round(100 * t), 100)) == (after[0] if after else len(points))
+
     @pytest.mark.parametrize("every", [0, -1, 1.5, True, 2**62 + 1, 10**30])
     def test_every_that_cannot_be_counted(self, every):
         message = f"every is .*: it must be a whole number of steps, 1 to {2**62}"
