@@ -64,9 +64,11 @@ RK4 = """
 
 def pairs(folder: Path, count: int) -> Loop:
     """`count` FMUs that cost nothing: bodies on a spring, each held by a PD law that answers a step later."""
-    body = build(folder, "Body", [real("tau", "input"), real("angle", start=0.1), real("rate", start=0.0)], step=RK4)
+    place = folder / str(count)
+    place.mkdir()
+    body = build(place, "Body", [real("tau", "input"), real("angle", start=0.1), real("rate", start=0.0)], step=RK4)
     seen = [real("angle", "input"), real("rate", "input")]
-    law = build(folder, "Law", [*seen, real("tau", start=0.0)], step="tau = -4.0 * angle - 28.0 * rate;")
+    law = build(place, "Law", [*seen, real("tau", start=0.0)], step="tau = -4.0 * angle - 28.0 * rate;")
     fmus = {f"{kind}{i}": str(path) for i in range(count // 2) for kind, path in (("body", body), ("law", law))}
     wires: list[tuple[Port, Port]] = []
     for i in range(count // 2):
