@@ -10,17 +10,17 @@ import apart
 import bench
 import numpy as np
 from apart import Interpreters, Missing
-from parts import Controller, Plant
 
 sys.path.insert(0, str(apart.FOLDER))
+sys.path.append(str(apart.ROOT / "tests" / "cosim"))
 
+from c_fmu import build, real
 from loop import Loop, Port
 
 from cosim import load
 from cosim.cli.instances import read_descriptions
 from cosim.cli.library import Library
 from cosim.system.expand import wire
-from fmus import build
 
 REFERENCE, OURS, REFRESHED = "C loop", "ours, kernel", "ours, refreshed"
 CONTESTANTS = {  # runner, what it is told, and how many times fewer steps it takes
@@ -55,21 +55,30 @@ GROWTH = ("2 FMUs", "200 FMUs", 1.2)
 PAPERS = ("zhang2018-ppatc", "geng2012-compensated")
 
 
+RK4 = """
+    double c = -0.5 / 100, k = -1.0 / 100, a = tau / 100;
+    double k1 = rate, l1 = a + c * rate + k * angle;
+    double k2 = rate + h / 2 * l1, l2 = a + c * (rate + h / 2 * l1) + k * (angle + h / 2 * k1);
+    double k3 = rate + h / 2 * l2, l3 = a + c * (rate + h / 2 * l2) + k * (angle + h / 2 * k2);
+    double k4 = rate + h * l3, l4 = a + c * (rate + h * l3) + k * (angle + h * k3);
+    angle += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+    rate += h / 6 * (l1 + 2 * l2 + 2 * l3 + l4);"""
+
+
 def pairs(folder: Path, count: int) -> Loop:
-    """`count` FMUs: plants and controllers of parts.py, each plant held by its controller."""
-    files = {c.name: str(build(c, folder / f"{c.name}.fmu")) for c in (Plant(), Controller())}
-    fmus = {f"{kind.lower()}{i}": files[kind] for i in range(count // 2) for kind in ("Plant", "Controller")}
-    wires = [
-        wire
-        for i in range(count // 2)
-        for wire in (
-            ((f"plant{i}", "angle"), (f"controller{i}", "angle")),
-            ((f"plant{i}", "rate"), (f"controller{i}", "rate")),
-            ((f"controller{i}", "tau"), (f"plant{i}", "tau")),
-        )
-    ]
+    """`count` FMUs that cost nothing: bodies on a spring, each held by a PD law that answers a step later."""
+    place = folder / str(count)
+    place.mkdir()
+    body = build(place, "Body", [real("tau", "input"), real("angle", start=0.1), real("rate", start=0.0)], step=RK4)
+    seen = [real("angle", "input"), real("rate", "input")]
+    law = build(place, "Law", [*seen, real("tau", start=0.0)], step="tau = -4.0 * angle - 28.0 * rate;")
+    fmus = {f"{kind}{i}": str(path) for i in range(count // 2) for kind, path in (("body", body), ("law", law))}
+    wires: list[tuple[Port, Port]] = []
+    for i in range(count // 2):
+        wires += [((f"body{i}", name), (f"law{i}", name)) for name in ("angle", "rate")]
+        wires.append(((f"law{i}", "tau"), (f"body{i}", "tau")))
     # 500 s at most: the loop decays with .14 1/s, and numbers below 1e-308 would slow it down
-    return Loop(f"{count} FMUs", fmus, wires, [("plant0", "angle"), ("plant0", "rate")], 1e-3, 1_000_000 // count)
+    return Loop(f"{count} FMUs", fmus, wires, [("body0", "angle"), ("body0", "rate")], 1e-3, 1_000_000 // count)
 
 
 def paper(folder: Path, name: str, stop: float = 20.0) -> Loop:

@@ -8,9 +8,10 @@ loops           the same FMU files in a C loop, in this project's master (kernel
 work-precision  the error of a flight by its CPU seconds, at several steps, ours and theirs: DIR/work_precision.png
 basilisk        hub, four wheels, MRP feedback, RK4 at 10 ms: a step, the set-up of a further flight, the trajectories
 
-Each contestant runs in a process of its own, in turn; a ratio is the median over the rounds of its time by the other's
-of the same round. Tools that are not installed are left out and named. `--python PATH` is the interpreter that has
-them, `--python TOOL=PATH` that of one: cofmupy wants other versions of packages than this project.
+Each contestant runs in a process of its own, in turn, its time that of the least of some parts or flights; a ratio is
+the median over the rounds of its time by the other's of the same round. Tools that are not installed are left out and
+named. `--python PATH` is the interpreter that has them, `--python TOOL=PATH` that of one: cofmupy wants other versions
+of packages than this project.
 """
 
 import argparse

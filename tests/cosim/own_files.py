@@ -77,3 +77,19 @@ def system():
     system, experiment = scenario("zhang2018-ppatc")
     return system, dataclasses.replace(experiment, master=Explicit(inputs="smooth", extrapolation=1, kernel="never"))
 '''
+
+WIRED = """
+from cosim.system import Connection, Experiment, System
+
+
+def system():
+    return System(
+        name="wired",
+        components={{"guidance": "EulerSinusoid", "env": "HarmonicTorque", "env2": "HarmonicTorque",
+                     "plant": "FlexibleSpacecraft:modes=1"}},
+        connections=[Connection(*c) for c in {connections}],
+        held={held},
+    ), Experiment(stop_time=1, communication_step_size=0.1)
+"""
+
+TORQUE, HELD = ("env.tau_dist_B", "plant.tau_dist_B"), {"plant.h_B": [0, 0, 0], "plant.tau_B": [0, 0, 0]}

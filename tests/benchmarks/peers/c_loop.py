@@ -44,11 +44,13 @@ with tempfile.TemporaryDirectory() as place:
     compile_library(source.parent, source.name, Path(place) / "loop.so")
     fly = ctypes.CDLL(f"{place}/loop.so").fly
 vectors = [ctypes.c_void_p(a.ctypes.data if a is not None else None) for a in (values, inputs, rows)]
-clock, shown = Clock(), []
-for first in range(0, loop.steps, loop.chunk):
-    steps = ctypes.c_long(first), ctypes.c_long(first + loop.chunk)
-    with clock.running():
-        status = fly(described, len(units), *steps, ctypes.c_double(loop.step), len(ports), *vectors)
-    assert status == 0, status
+clock, shown, k = Clock(), [], 0
+for _ in range(loop.samples):
+    for part in loop.parts:
+        steps = ctypes.c_long(k), ctypes.c_long(k + part)
+        with clock.running():
+            status = fly(described, len(units), *steps, ctypes.c_double(loop.step), len(ports), *vectors)
+        assert status == 0, status
+        k += part
     shown.append([values[ports.index(port)] for port in loop.shown])
 report(loop, clock.seconds, shown)

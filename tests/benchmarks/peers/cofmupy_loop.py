@@ -31,8 +31,9 @@ with tempfile.TemporaryDirectory() as place:
     coordinator.start(str(described))
     clock, rows = Clock(), []
     for _ in range(loop.samples):
-        with clock.running():
-            for _ in range(loop.chunk):
-                coordinator.do_step(loop.step, save_data=bool(record))
+        for part in loop.parts:
+            with clock.running():
+                for _ in range(part):
+                    coordinator.do_step(loop.step, save_data=bool(record))
         rows.append([float(coordinator.get_variable(shown)[0]) for shown in loop.shown])
 report(loop, clock.seconds, rows)

@@ -18,8 +18,9 @@ with EcosSimulationStructure() as structure, tempfile.TemporaryDirectory() as pl
         simulation.init()
         clock, rows = Clock(), []
         for _ in range(loop.samples):
-            with clock.running():
-                simulation.step(loop.chunk)
+            for part in loop.parts:
+                with clock.running():
+                    simulation.step(part)
             rows.append([simulation.get_real(f"{instance}::{variable}") for instance, variable in loop.shown])
         simulation.terminate()
 report(loop, clock.seconds, rows)

@@ -38,22 +38,31 @@ for unit in units:
 for get_real, *arguments in gets:
     get_real(*arguments)
 rows = np.empty((loop.steps, len(ports) + 1)) if record else None
-h, clock, shown = loop.step, Clock(), []
-for first in range(0, loop.steps, loop.chunk):
-    with clock.running():
-        for k in range(first, first + loop.chunk):
-            t, status = k * h, 0
-            for set_real, component, own, count, address, buffer, sources in sets:
-                values.take(sources, out=buffer)
-                status |= set_real(component, own, count, address)
-            for step, component in steps:
-                status |= step(component, t, h, 1)
-            for get_real, component, own, count, address in gets:
-                status |= get_real(component, own, count, address)
-            if rows is not None:
-                rows[k, 0] = t + h
-                rows[k, 1:] = values
-            if status > 1:
-                raise RuntimeError(f"an FMU fails at step {k}")
+h = loop.step
+
+
+def fly(first: int, end: int) -> None:
+    for k in range(first, end):
+        t, status = k * h, 0
+        for set_real, component, own, count, address, buffer, sources in sets:
+            values.take(sources, out=buffer)
+            status |= set_real(component, own, count, address)
+        for step, component in steps:
+            status |= step(component, t, h, 1)
+        for get_real, component, own, count, address in gets:
+            status |= get_real(component, own, count, address)
+        if rows is not None:
+            rows[k, 0] = t + h
+            rows[k, 1:] = values
+        if status > 1:
+            raise RuntimeError(f"an FMU fails at step {k}")
+
+
+clock, shown, k = Clock(), [], 0
+for _ in range(loop.samples):
+    for part in loop.parts:
+        with clock.running():
+            fly(k, k + part)
+        k += part
     shown.append([values[ports.index(port)] for port in loop.shown])
 report(loop, clock.seconds, shown)

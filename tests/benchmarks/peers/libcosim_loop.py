@@ -27,8 +27,9 @@ with tempfile.TemporaryDirectory() as place:
     if record:
         simulation.add_observer(CosimObserver.create_to_dir(place))
     for _ in range(loop.samples):
-        with clock.running():
-            assert simulation.step(loop.chunk)
+        for part in loop.parts:
+            with clock.running():
+                assert simulation.step(part)
         if loop.samples == 1:
             simulation.add_observer(last)
         rows.append([last.last_real_values(index[i], [references[i][v]])[0] for i, v in loop.shown])

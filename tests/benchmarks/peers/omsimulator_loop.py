@@ -38,10 +38,12 @@ with tempfile.TemporaryDirectory() as place:
     call("setResultFile", MODEL, str(Path(place) / "rows.csv") if record else "")
     call("instantiate", MODEL)
     call("initialize", MODEL)
-    clock, rows = Clock(), []
-    for sample in range(1, loop.samples + 1):
-        with clock.running():
-            call("stepUntil", MODEL, sample * loop.chunk * loop.step)
+    clock, rows, k = Clock(), [], 0
+    for _ in range(loop.samples):
+        for part in loop.parts:
+            k += part
+            with clock.running():
+                call("stepUntil", MODEL, k * loop.step)
         rows.append([read(f"{ROOT}.{instance}.{variable}") for instance, variable in loop.shown])
     call("terminate", MODEL)
 report(loop, clock.seconds, rows)

@@ -13,7 +13,6 @@ from loop import Loop, report
 
 from cosim import Connection, Experiment, Explicit, Result, System, prepare
 from cosim.flights import Prepared
-from cosim.masters.explicit import PRESETS
 
 loop, record = Loop.told()
 kernel, preset = {"kernel": "always", "python": "never"}[sys.argv[3]], sys.argv[4]
@@ -29,7 +28,7 @@ experiment = Experiment(
     communication_step_size=loop.step,
     every=1 if record else loop.chunk,
     record=tuple(f"{instance}.{variable}" for instance, variable in ports),
-    master=Explicit(preset if preset in PRESETS else "jacobi", kernel=kernel),
+    master=Explicit(preset, kernel=kernel),
 )
 
 

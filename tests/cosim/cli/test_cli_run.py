@@ -5,7 +5,6 @@ import json
 import re
 import subprocess
 import sys
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -20,18 +19,6 @@ from cosim.studies import papers
 from .. import own_files
 
 J = [[500.0, 4.0, -4.0], [4.0, 410.0, 9.0], [-4.0, 9.0, 690.0]]
-
-
-@pytest.fixture
-def run(adcs, folder):
-    """Fly zhang2018-ppatc for 50 ms, return what was printed and the result."""
-
-    def call(*arguments, system="zhang2018-ppatc", stop="50ms", out="out"):
-        done = adcs("run", system, "--stop", stop, "--out", out, *arguments)
-        assert done.status == 0, done.err
-        return done, Result.read(folder / out)
-
-    return call
 
 
 def value(result, name):
@@ -184,33 +171,6 @@ class TestFiles:
         assert "no figures" in adcs("plot", "results/alone").err
 
 
-class TestClaims:
-    def test_the_papers_own_run_is_judged(self, adcs):
-        done = adcs("run", "zhang2018-ppatc", "--out", "out")
-        assert len(re.findall(r" reproduced\s", done.out)) == 2
-        assert "3 more claims of zhang2018, of several experiments: adcs reproduce zhang2018" in done.out
-        assert re.search(r"settling threshold, largest component \(deg\) +0\.005 *\n", done.out)
-        assert re.search(r"settling time \(s\) +27\.5", done.out)
-
-    def test_a_short_run_says_what_is_missing(self, run):
-        done, _ = run()
-        assert "2 claims of zhang2018 not judged: needs 200 s of zhang2018-ppatc, it has 0.05 s" in done.out
-        assert "reproduced" not in done.out.replace("reproduce zhang2018", "")
-        assert re.search(r"settling time \(s\) +not reached", done.out)
-
-    @pytest.mark.parametrize(
-        ("arguments", "why"),
-        [
-            (["--set", "plant.zeta=0.01"], "other parameters, steps or master"),
-            (["--use", "controller=AdaptiveTracking"], "another FMU for controller"),
-        ],
-    )
-    def test_another_experiment_is_not_judged(self, run, arguments, why):
-        done, _ = run(*arguments)
-        text = f"claims of zhang2018: not judged, for this is not the paper's experiment ({why})"
-        assert text in done.out
-
-
 def test_in_a_process_of_its_own(folder):
     """As a user has it: standard output for what was asked, standard error for the rest."""
     command = [sys.executable, "-m", "cosim", "run", "zhang2018-atc", "--stop", "0.1"]
@@ -221,63 +181,6 @@ def test_in_a_process_of_its_own(folder):
     assert "Traceback" not in done.stderr
     info = json.loads((folder / "results" / "zhang2018-atc" / "run.json").read_text())
     assert (info["status"], info["reached_time"], info["rows"]) == ("finished", 0.1, 11)
-
-
-def test_reproduce_ends_at_ctrl_c_with_what_there_is(adcs, folder, monkeypatch):
-    @contextmanager
-    def progress(title):
-        def interrupt(t, stop):
-            if t > 0:  # with one row alone there is no settling to measure
-                raise KeyboardInterrupt
-
-        yield interrupt
-
-    monkeypatch.setattr("cosim.cli.console.progress", progress)
-    done = adcs("reproduce", "zhang2018", "--out", "all")
-    assert done.status == 1
-    assert "claims of zhang2018 not judged: needs " in done.out
-    rows = json.loads((folder / "all" / "claims.json").read_text())
-    assert {row["verdict"] for row in rows} == {"not judged"}
-    assert Result.read("all/zhang2018/zhang2018-ppatc").info["status"] == "interrupted"
-    assert "| zhang2018-ppatc | 0.005 |" in (folder / "all" / "report.md").read_text()
-    assert not (folder / "all" / "zhang2018" / "zhang2018-atc").exists()
-
-
-def give_experiments(monkeypatch, made):
-    """Give zhang2018 these experiments, by name, in place of its own."""
-
-    class Given(papers.Paper):
-        experiments = dict.fromkeys(made, "")
-
-        def make(self, experiment):
-            return made[experiment]()
-
-    monkeypatch.setitem(papers.PAPERS, "zhang2018", Given("zhang2018"))
-
-
-def test_ctrl_c_between_two_experiments_keeps_the_report(adcs, folder, monkeypatch):
-    from cosim.studies.papers.zhang2018 import system
-
-    def short():
-        flown, experiment = system.ppatc()
-        return flown, dataclasses.replace(experiment, stop_time=0.1)
-
-    def pressed():
-        raise KeyboardInterrupt
-
-    give_experiments(monkeypatch, {"zhang2018-ppatc": short, "zhang2018-atc": pressed})
-    done = adcs("reproduce", "zhang2018", "--out", "all")
-    assert (done.status, "interrupted: 1 of 2 experiments flown" in done.err) == (1, True)
-    assert "| zhang2018-ppatc | 0.005 |" in (folder / "all" / "report.md").read_text()
-
-
-@pytest.mark.parametrize("command", [["reproduce", "zhang2018"], ["compare", "--plants", "zhang2018"]])
-def test_a_file_in_place_of_the_folder_is_refused_before_anything_flies(adcs, folder, command):
-    (folder / "afile").write_text("mine")
-    done = adcs(*command, "--out", "afile")
-    assert done.status == 2
-    assert "afile" in done.err and "cannot be written: " in done.err and "--out DIR" in done.err
-    assert (folder / "afile").read_text() == "mine"
 
 
 def test_figures_that_cannot_be_written(run, adcs, folder):
@@ -296,76 +199,6 @@ def test_a_run_that_diverges_far_tells_why_and_keeps_its_rows(adcs, folder):
     assert (info["status"], info["error"]) == ("failed", "StepFailed") and "metrics" in info
 
 
-@pytest.mark.parametrize("option", [["--step", "2ms"], ["--every", "50"], ["--master", "jacobi"]])
-def test_claims_are_of_the_experiment_as_it_is_published(adcs, option):
-    done = adcs("run", "zhang2018-ppatc", "--stop", "0.1", "--out", "other", *option)
-    assert "not the paper's experiment (other parameters, steps or master)" in done.out
-    assert "not judged: needs" not in done.out
-
-
-def test_a_controller_out_of_its_domain_is_told(adcs):
-    done = adcs("run", "zhang2018-ppatc", "--stop", "1", "--out", "out", "--set", "plant.omega_BN_B=[20,0,0] deg/s")
-    assert "the controller was out of its domain from" in done.out
-    assert "the error left its prescribed bounds (barrier_time)" in done.out
-
-
-def test_a_failure_ends_reproduce_and_the_report_has_what_was_flown(adcs, folder, monkeypatch):
-    from cosim.studies.papers.zhang2018 import system
-
-    flights = [system.ppatc, system.atc]
-
-    def other(make, gain, **changes):
-        def made():
-            flown, experiment = make()
-            flown = dataclasses.replace(flown, parameters=flown.parameters | {"controller.K": [gain] * 3})
-            return flown, dataclasses.replace(experiment, **changes)
-
-        return made
-
-    made = {
-        "zhang2018-ppatc": other(flights[0], 0.5, stop_time=0.1),
-        "zhang2018-atc": other(flights[1], 1e3, communication_step_size=0.5),  # gain times step is far above 2
-        "zhang2018-atc-half": other(flights[1], 0.5),  # never begun
-    }
-    give_experiments(monkeypatch, made)
-    done = adcs("reproduce", "zhang2018", "--out", "all")
-    assert done.status == 1
-    assert "StepFailed" in done.err
-    text = (folder / "all" / "report.md").read_text()
-    assert "| zhang2018-ppatc | 0.005 |" in text and "| failed |" in text
-    assert Result.read("all/zhang2018/zhang2018-atc").info["status"] == "failed"
-    assert not (folder / "all" / "zhang2018" / "zhang2018-atc-half").exists()
-
-
-@pytest.mark.slow
-def test_reproduce_all_papers(adcs, folder):
-    """Every claim judged anew, from flights of all experiments: as docs/papers has it."""
-    done = adcs("reproduce", "--out", "all")
-    assert done.status == 0
-    rows = json.loads((folder / "all" / "claims.json").read_text())
-    said = json.loads((Path(__file__).parents[3] / "docs" / "papers" / "claims.json").read_text())
-    assert rows == said["claims"], "Write it anew: adcs reproduce --docs ."
-    report = (folder / "all" / "report.md").read_text()
-    for row in rows:
-        assert all(row[key].replace("|", "\\|") in report for key in ("measured", "claim"))
-    known = json.loads((folder / "all" / "metrics.json").read_text())
-    assert list(known) == [name for paper in papers.PAPERS.values() for name in paper.experiments]
-    for name, metrics in known.items():
-        assert Result.read(folder / "all" / name.partition("-")[0] / name).info["metrics"] == metrics
-        assert f"| {name} | " in report
-        assert {"settling time (s)", "APE max (deg)", "APE 99.7 % (deg)", "RPE max (deg)"} <= set(metrics)
-        # a drag-free satellite has none; of PPATC in radians, 1.2e4 1/s at the start, rows 10 ms apart cannot tell it
-        told = not name.startswith("li2014") and name not in ("zhang2018-ppatc-rad", "zhang2018-ppatc-half-rad")
-        assert ("momentum drift (N.m.s)" in metrics) == told
-    for paper, titles in said["figures"].items():
-        drawn = {path.stem for path in (folder / "all" / paper).glob("*.png")}
-        assert drawn == set(titles)
-        assert all(f"({paper}/{name}.png)" in report for name in drawn)
-    assert "plant.cage_contact at 40.5 s" in report and "plant.cage_contact" in done.out
-    again = adcs("reproduce", "zhang2018", "--out", "all")
-    assert (again.status, "already holds a result" in again.err) == (2, True)
-
-
 def test_a_run_that_its_event_ends(adcs, folder):
     """li2014's printed start with limits: a result, not an error; the same rows in the kernel and in Python."""
     done = adcs("run", "li2014-printed-start-with-limits", "--out", "cage")
@@ -382,22 +215,3 @@ def test_a_run_that_its_event_ends(adcs, folder):
     flown, experiment = papers.scenario("li2014-printed-start-with-limits")
     looped = simulate(flown, dataclasses.replace(experiment, master=Explicit(kernel="never")))
     assert looped.table.equals(result.table)
-
-
-@pytest.mark.parametrize(("text", "degrees"), [("0.5deg", 0.5), ("0.01 deg", 0.01), ("1e-3 rad", np.degrees(1e-3))])
-def test_threshold_of_the_settling_time(run, text, degrees):
-    _, result = run("--settled", text)
-    assert result.info["metrics"]["settling threshold, largest component (deg)"] == pytest.approx(degrees)
-
-
-@pytest.mark.parametrize("text", ["0", "-1 deg", "1 m", "deg", "nan", "true", "2,5 deg"])
-def test_a_threshold_that_is_no_angle(adcs, text):
-    done = adcs("run", "zhang2018-ppatc", "--settled", text)
-    assert done.status == 2
-    assert f"parameter --settled: '{text}' is no positive angle. Write it as 0.005 deg or 1e-4 rad" in done.err
-
-
-def test_a_threshold_without_unit_could_be_either(adcs):
-    done = adcs("run", "zhang2018-ppatc", "--settled", "5")
-    assert done.status == 2
-    assert "parameter --settled: '5' has no unit. Write 5 deg or 5 rad" in done.err
