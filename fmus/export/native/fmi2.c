@@ -620,15 +620,16 @@ static void warn_of_internal_step(Instance *it, double h)
 #endif
 
 #if CHECKS_INPUTS
-/* Leave initialization although inputs are refused: a host may know better ones before it steps. */
-static fmi2Status wait_for_inputs(Instance *it)
+/* Leave initialization although inputs are refused: a host may know better ones before it steps. The warnings are in the
+ * log alone: there are hosts that take the status fmi2Warning for an error, as there are those that set inputs to 0. */
+static void wait_for_inputs(Instance *it)
 {
     State *s = &it->s;
     report_conditions(it, OF_INPUTS, warn);
     memcpy(s->given, U(s->v), NU * sizeof s->given[0]);
     s->waiting = s->start_old = s->y_old = s->d_old = s->dy_old = 1;
     settle(s);
-    return warn(it, "%s: %s.", MODEL_NAME, INPUTS_REFUSED);
+    warn(it, "%s: %s.", MODEL_NAME, INPUTS_REFUSED);
 }
 
 /* Begin with the inputs that were given, or refuse to step. */
@@ -652,7 +653,6 @@ static fmi2Status take_inputs(Instance *it)
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
-    fmi2Status status = fmi2OK;
 #ifdef check_SZ_ARG
     int found;
 #endif
@@ -675,13 +675,13 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 #endif
     s->mode = STEPPING;
 #if CHECKS_INPUTS
-    if (found) status = wait_for_inputs(it);
+    if (found) wait_for_inputs(it);
 #endif
 #if !SAMPLED && NX
     judge_internal_step(it);
     (void)longest_internal_step(s);
 #endif
-    return status;
+    return fmi2OK;
 }
 
 fmi2Status fmi2Terminate(fmi2Component c)
