@@ -17,6 +17,12 @@ from fmus import places, toolchain
 from .. import arrays_fmu, ball_fmu, c_fmu, tiny_fmu
 from ..c_fmu import real
 
+MORE_C = """#include <stdlib.h>
+#include <string.h>
+#include "own.h"
+static int own = OWN;
+double more(void) { char *text = strdup("yes"); double y = text[0] == 'y' ? own : 0; free(text); return y; }
+"""
 MORE = "static double more(void) { return 5; }"
 STEP = "m->state[0] += h * u;"
 OPTIONAL = ("CancelStep", "GetFMUstate", "SetFMUstate", "FreeFMUstate", "SerializedFMUstateSize", "SerializeFMUstate",
@@ -246,9 +252,7 @@ class TestSources:
             head, tail = xml[: (end := xml.index("/>", xml.index("<CoSimulation")))], xml[end + 2 :]
             new.writestr("modelDescription.xml", f"{head}>{listed}{tail}")
             new.writestr("sources/fmu.c", source)
-            new.writestr(
-                "sources/sub/more.c", '#include "own.h"\nstatic int own = OWN;\ndouble more(void) { return own; }'
-            )
+            new.writestr("sources/sub/more.c", MORE_C)
             new.writestr("sources/sub/own.h", "#include <math.h>\n#define OWN (M_PI > 3 ? 5 : 0)")
         assert fly(path)["a.y"][-1] == fly(tmp_path / "s.fmu")["a.y"][-1] == 2.0 * 3 * 5
 
