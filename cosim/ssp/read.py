@@ -183,7 +183,7 @@ def _refuse_other_types(flown: Mapping[str, Any], masters: Mapping[str, Any]) ->
             raise TypeError(f"{name} is {value!r:.60}")
     each = [(name, item) for name in ("record", "events") for item in _listed(flown.get(name, ()))]
     wrong = next((f"{n} has {i!r:.60}" for n, i in each if not isinstance(i, At if n == "events" else str)), "")
-    times = [event.time for _, event in each if isinstance(event, At)]
+    times: list[Any] = [event.time for _, event in each if isinstance(event, At)]
     wrong = wrong or next((f"an event is at {t!r:.60}" for t in times if not isinstance(t, numbers)), "")
     if wrong:
         raise TypeError(wrong)

@@ -53,9 +53,13 @@ endConnector="v[1]"><ssc:LinearTransformation factor="2" offset="1"/></ssd:Conne
 <ssc:Unit name="rad"><ssc:BaseUnit rad="1"/></ssc:Unit></ssd:Units>
 <ssd:DefaultExperiment startTime="0" stopTime="1"/><ssd:Annotations><ssc:Annotation type="org.adcs-cosim">
 <adcs:Flight xmlns:adcs="urn:adcs-cosim:ssp" version="1"><adcs:System>{{"held": {{"a.v": [0, 1]}}, "parameters":
-{{"a.n": 4, "a.mode": {{"!Value": {{"value": "on"}}}}}}, "steps": {{"a": 2}}, "hold_unconnected": true}}</adcs:System>
+{{"a.n": 4, "a.mode": {{"!Value": {{"value": "on"}}}}}}, "steps": {{"a": 2}}, "hold_unconnected": true,
+"isolated": ["a", "*"]}}</adcs:System>
 <adcs:Experiment>{{"stop_time": {{"!Fraction": "1/1"}}, "communication_step_size": 0.1, "master": {{"!Iterated":
-{{"tolerance": 1e-7}}}}}}</adcs:Experiment></adcs:Flight></ssc:Annotation></ssd:Annotations>
+{{"tolerance": 1e-7}}}}, "every": 2, "record": ["*"], "events": [{{"!At": {{"time": 0.5, "values": {{"a.n": 5}}}}}}]}}
+</adcs:Experiment><adcs:Signals>{{"a": {{"guid": "{{1}}", "inputs": {{"b.v": {{"file": "resources/set.ssv",
+"sha256": "0", "columns": ["v[1]", "v[2]"], "interpolation": "linear"}}}}}}}}</adcs:Signals>
+</adcs:Flight></ssc:Annotation></ssd:Annotations>
 </ssd:SystemStructureDescription>
 """
 SSV = f"""{HEAD}<ssv:ParameterSet version="1.0" name="p" {SPACES}><ssv:Parameters>

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from cosim.results.result import Result
+
 from .. import c_fmu, tiny_fmu
 from ..c_fmu import real
 
@@ -52,3 +54,28 @@ def test_a_component_of_a_file_that_is_isolated_is_shown_flown_and_swapped(adcs,
         assert adcs("run", "flight.py", *use).status == 0
         told = json.loads(Path("results/apart/run.json").read_text())["components"]
         assert {name: told[name]["isolated"] for name in told} == {"free": False, "apart": True}
+
+
+RESUMED = """
+from cosim import Component, Experiment, Signal, System
+
+def flight():
+    parts = {"apart": Component("LowPass", isolated=True), "free": "LowPass"}
+    signal = Signal(([0.0, 1.0, 4.0], [0.0, 2.0, 1.0]))
+    system = System(name="flight", components=parts, inputs={"apart.u": signal}, hold_unconnected=True)
+    return system, Experiment(stop_time=1.0, communication_step_size=0.1)
+"""
+
+
+def test_a_run_that_goes_on_from_its_checkpoint_is_isolated_still(adcs, folder):
+    (folder / "flight.py").write_text(RESUMED)
+    assert adcs("run", "flight.py", "--checkpoint", "0.5s").status == 0
+    done = adcs("run", "--resume", "results/flight", "--stop", "2")
+    assert done.status == 0, done.err
+    assert adcs("run", "flight.py", "--stop", "2", "--out", "whole").status == 0
+    resumed, whole = Result.read(folder / "results/flight"), Result.read(folder / "whole")
+    assert resumed.table.equals(whole.table, check_metadata=False) and len(whole) == 21
+    assert {name: told["isolated"] for name, told in resumed.info["components"].items()} == {
+        "apart": True,
+        "free": False,
+    }
