@@ -160,7 +160,8 @@ def _remarks(system: System, experiment: Experiment, wiring: Wiring) -> Sequence
         f"other tools must be told the communication step, {step}; some ask for the parameter set {PARAMETER_SET}",
         "they pass outputs on at communication points, with larger errors: adcs run --master plain gives their numbers",
     ]
-    own = ["events"] * bool(experiment.events) + ["processes of their own"] * bool(system.isolated)
+    own = ["events"] * bool(experiment.events) + ["faults"] * bool(experiment.faults)
+    own += ["processes of their own"] * bool(system.isolated)
     if own:
         lines.append(f"only adcs-cosim reads the {' and '.join(own)} in it, in its own annotation")
     if wiring.feeds:
