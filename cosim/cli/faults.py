@@ -11,6 +11,7 @@ until = "80 s"
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -93,7 +94,7 @@ def _fault(path: Path, where: str, table: Mapping[str, Any]) -> "Fault":
         given = {name: table[name] for name in ("from", "until") if name in table}
         times = {name: parse_seconds(t, name) if isinstance(t, str) else t for name, t in given.items()}
         for name, time in times.items():
-            if isinstance(time, bool) or not isinstance(time, int | float):
+            if isinstance(time, bool) or not isinstance(time, int | float | Fraction):
                 raise wrong(f'{name} is {time!r}. Write {name} = "50 s"')
         value = table.get(QUANTITIES[kind])
         value = value_of(value, table[place]) if isinstance(value, str) else value
