@@ -22,6 +22,7 @@ from cosim.system import Experiment, System
 from cosim.system.events import resolve
 from cosim.system.expand import wire
 from cosim.system.feeds import uncovered
+from cosim.system.onsets import Onsets, times
 from cosim.system.reference import is_fmu
 from cosim.system.wiring import Wiring
 from cosim.time import Schedule, exact_seconds, in_words
@@ -104,15 +105,16 @@ def export(
 
 
 def _refuse_mistimed(system: System, experiment: Experiment, wiring: Wiring) -> None:
-    """Raise `WiringErrors` for events and signals that could not fly."""
+    """Raise `WiringErrors` for events, faults and signals that could not fly."""
     schedule = Schedule.of(
         experiment.start_time,
         experiment.stop_time,
         experiment.communication_step_size,
         experiment.every,
-        [event.time for event in experiment.events],
+        [*(event.time for event in experiment.events), *times(experiment, system.name)],
     )
-    _, mistakes = resolve(wiring, system, schedule, experiment.events)
+    changes, mistakes = resolve(wiring, system, schedule, experiment.events)
+    mistakes += Onsets(wiring, system, schedule, experiment.faults, changes).mistakes
     mistakes += [mistake for feed in wiring.feeds.values() for mistake in uncovered(feed, schedule)]
     if mistakes:
         raise WiringErrors(system.name, mistakes)

@@ -89,7 +89,7 @@ class Events:
         """Change what is due at a point, and return it as it is then; raises `EventError`."""
         change, settings = self._plan.changes[self._next], self._plan.settings[self._next]
         self._next += 1
-        here = replace(point.copy(), memory=np.zeros(0))
+        here = replace(point.copy(), memory=np.zeros(0), texts=point.texts)  # which the recorder reads
         try:
             for name, groups in settings.items():
                 assign(self._slaves[name], groups)
