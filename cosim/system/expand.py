@@ -44,9 +44,8 @@ def wire(system: System, descriptions: Mapping[str, ModelDescription]) -> Wiring
         raise WiringErrors(system.name, mistakes)
     periods |= {name: periods[feed.component] for name, feed in feeds.feeds.items()}
     described = ordered | {name: feeds_description(feed) for name, feed in feeds.feeds.items()}
-    return Wiring(
-        described, (*links, *feeds.links), settings, held, periods, system.name, feeds.feeds, parameters.resolved
-    )
+    whole = described, (*links, *feeds.links), settings, held, periods, system.name, feeds.feeds
+    return Wiring(*whole, resolved=parameters.resolved)
 
 
 def rewire(wiring: Wiring, system: System) -> Wiring:
