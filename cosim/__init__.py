@@ -1,7 +1,7 @@
 """Co-simulation of attitude-control systems: FMI 2.0 FMUs wired by a master, recorded, judged.
 
 What a script needs is here by its name, and loaded when it is first used: System, Component, Connection, Experiment,
-Signal, Value, load, Library, prepare, simulate, resume, Result; the masters Explicit, Iterated, ErrorControlled.
+Signal, Fault, Value, load, Library, prepare, simulate, resume, Result; the masters Explicit, Iterated, ErrorControlled.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from cosim.masters.iterated import Iterated
     from cosim.results.result import Result
     from cosim.slaves.slave import Slave
-    from cosim.system import At, Component, Connection, Experiment, Signal, System, Value
+    from cosim.system import At, Component, Connection, Experiment, Fault, Signal, System, Value
     from cosim.system.swap import SwapReport
     from cosim.time import Seconds
 
@@ -31,6 +31,7 @@ __all__ = [
     "ErrorControlled",
     "Experiment",
     "Explicit",
+    "Fault",
     "Iterated",
     "Library",
     "Result",
@@ -55,6 +56,7 @@ _HOMES = {
     "ErrorControlled": "cosim.masters.error_controlled",
     "Experiment": "cosim.system",
     "Explicit": "cosim.masters.explicit",
+    "Fault": "cosim.system",
     "Iterated": "cosim.masters.iterated",
     "Library": "cosim.cli.library",
     "Result": "cosim.results.result",

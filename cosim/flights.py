@@ -38,9 +38,10 @@ from cosim.slaves.opening import open_fmu, open_isolated
 from cosim.slaves.pending import Patience
 from cosim.slaves.slave import Slave
 from cosim.ssp.package import path_of
-from cosim.system import feeds
+from cosim.system import feeds, onsets
 from cosim.system.events import resolve
 from cosim.system.expand import rewire, wire
+from cosim.system.onsets import Onsets
 from cosim.system.overrides import with_inputs, with_parameters
 from cosim.system.reference import Reference, is_fmu, name_of, reference_of
 from cosim.system.signal import Signal
@@ -280,6 +281,7 @@ class Prepared:
             def fly(trial: Experiment, look: Progress) -> Result:
                 stop = exact_seconds(trial.stop_time, "stop_time")
                 trial = replace(trial, events=[e for e in trial.events if exact_seconds(e.time, "event") < stop])
+                trial = replace(trial, faults=[f.within(stop) for f in trial.faults if f.begins < stop])
                 return self.fly(trial, parameters=parameters, inputs=inputs, progress=look, advise=False)
 
             remedy.advise(failure, experiment, experiment.master or Explicit(), fly)
@@ -309,7 +311,7 @@ class Prepared:
             experiment.stop_time,
             experiment.communication_step_size,
             experiment.every,
-            [event.time for event in experiment.events],
+            [*(event.time for event in experiment.events), *onsets.times(experiment, self.system.name)],
         )
         master = cast(Master, experiment.master if experiment.master is not None else Explicit())
         system = with_parameters(self.system, parameters) if parameters else self.system
@@ -317,7 +319,7 @@ class Prepared:
             system = with_inputs(system, inputs)
             wiring = wire(system, self._descriptions)
             return self._planned(system, wiring, schedule, master, experiment, record)
-        if experiment.events:
+        if experiment.events or experiment.faults:
             wiring = rewire(self._wiring, system)
             return self._planned(system, wiring, schedule, master, experiment, record)
         key = (master, schedule, record, replace(experiment, master=None, record=()))
@@ -347,14 +349,16 @@ class Prepared:
         if uncovered := [mistake for feed in wiring.feeds.values() for mistake in feeds.uncovered(feed, schedule)]:
             raise WiringErrors(system.name, uncovered)
         changes, mistakes = resolve(wiring, system, schedule, experiment.events)
-        if mistakes:
+        found = Onsets(wiring, system, schedule, experiment.faults, changes)
+        if mistakes := [*mistakes, *found.mistakes]:
             raise WiringErrors(system.name, mistakes)
-        timed = master.timed(wiring)
+        timed = master.timed(found.wiring)
         course = master.course(timed, schedule, record, experiment.stop_when)
         info = runinfo.setup(system, experiment, schedule, timed, course, master, self._paths, self._swaps)
         signals = {name: feeds.pieces(feed, schedule) for name, feed in wiring.feeds.items()}
         info["events"] = [change.told(timed) for change in changes]
-        happening = events.Plan.of(timed, course.layout, on(course.schedule, changes))
+        info["faults"] = [fault.told() for fault in experiment.faults]
+        happening = events.Plan.of(timed, course.layout, on(course.schedule, found.changes))
         return Plan(timed, course, Initialization.of(timed, course.layout), Effective(timed), info, signals, happening)
 
     def _result(self, plan: Plan, flight: Flight, folder: Path | None, format: str) -> tuple[Result, Exception | None]:

@@ -7,7 +7,7 @@ as one of 1 ms; the h of fmi2DoStep is t_k+1 - t_k in doubles, so that t + h is 
 import math
 import re
 from bisect import bisect_left, bisect_right
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
@@ -210,6 +210,12 @@ class Schedule:
     def event_points(self) -> tuple[int, ...]:
         """The communication points of all events, in their order."""
         return tuple((e - self.start - 1) // self.step + 1 + bisect_left(self.dividing, e) for e in self.events)
+
+    @cached_property
+    def points_of_events(self) -> Mapping[Fraction, int]:
+        """The same by their times, s."""
+        times = (Fraction(event, self.denominator) for event in self.events)
+        return dict(zip(times, self.event_points, strict=True))
 
     def divided(self, n: int) -> "Schedule":
         """Return the schedule in steps of 1/n, the same times recorded; raises `TimeError` if it cannot be counted."""

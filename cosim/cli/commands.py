@@ -11,6 +11,7 @@ import typer
 
 from cosim.cli import building, comparing, completion, console, ending, exporting, plotting, resuming, verifying
 from cosim.cli import events as happening
+from cosim.cli import faults as failing
 from cosim.cli import inputs as feeding
 from cosim.cli.isolating import Isolate, IsolationTimeout, with_isolation
 from cosim.cli.options import (
@@ -134,6 +135,7 @@ def run(
     interpolation: feeding.Interpolated = "linear",
     hold: feeding.Hold = None,
     at: happening.AtTime = None,
+    fault: failing.FaultFiles = None,
     stop: Stop = None,
     step: Step = None,
     master: Master = None,
@@ -209,6 +211,7 @@ def run(
             pending_timeout,
         )
         experiment = happening.with_events(experiment, at or [], changes or [])
+        experiment = failing.with_faults(experiment, fault or [])
         system, experiment = with_isolation(system, experiment, isolate, isolation_timeout)
         folder = out if out is not None else Path("results") / system.name
 
@@ -229,6 +232,7 @@ def run(
         changed = (
             fed or None,
             at,
+            fault,
             set_,
             params,
             step,

@@ -103,6 +103,8 @@ def write_summary(result: "Result") -> None:
     _out.print(f"{info['status']}: {end}, {wall['loop']:.2f} s in the loop, {len(result)} rows recorded", markup=False)
     if info.get("event"):
         write(event(info["event"]))
+    for line in faults(info):
+        write(line)
     if info["last_step"] < info["communication_step_size"]:
         span = info["stop_time"] - info["start_time"]
         write(f"the last step is {info['last_step']:g} s: {span:g} s are no multiple of the step")
@@ -118,6 +120,11 @@ def write_summary(result: "Result") -> None:
         write(f"not measured: {missing}")
     metrics: Mapping[str, object] = info.get("metrics") or {}
     write_table((), [(name, figures(value)) for name, value in metrics.items()])
+
+
+def faults(info: Mapping[str, Any]) -> Sequence[str]:
+    """Return a line for each fault of a run."""
+    return [f"fault: {fault['words']}" for fault in info.get("faults", ())]
 
 
 def event(happened: Mapping[str, Any]) -> str:

@@ -42,6 +42,7 @@ def _ending(info: Mapping[str, Any]) -> Sequence[str]:
         lines.append(str(info["why"]))
     if info.get("event"):
         lines.append(console.event(info["event"]))
+    lines += console.faults(info)
     times = f"{info['start_time']:g} to {info['stop_time']:g} s in steps of {info['communication_step_size']:g} s"
     loop = f", loop {info['loop']['name']}" if info.get("loop") else ""
     return [*lines, f"asked for: {times}, master {info['master']['name']}{loop}"]

@@ -22,6 +22,7 @@ from cosim.system import Experiment, System
 from cosim.system.events import resolve
 from cosim.system.expand import wire
 from cosim.system.feeds import uncovered
+from cosim.system.onsets import Onsets, times
 from cosim.system.reference import is_fmu
 from cosim.system.wiring import Wiring
 from cosim.time import Schedule, exact_seconds, in_words
@@ -104,15 +105,16 @@ def export(
 
 
 def _refuse_mistimed(system: System, experiment: Experiment, wiring: Wiring) -> None:
-    """Raise `WiringErrors` for events and signals that could not fly."""
+    """Raise `WiringErrors` for events, faults and signals that could not fly."""
     schedule = Schedule.of(
         experiment.start_time,
         experiment.stop_time,
         experiment.communication_step_size,
         experiment.every,
-        [event.time for event in experiment.events],
+        [*(event.time for event in experiment.events), *times(experiment, system.name)],
     )
-    _, mistakes = resolve(wiring, system, schedule, experiment.events)
+    changes, mistakes = resolve(wiring, system, schedule, experiment.events)
+    mistakes += Onsets(wiring, system, schedule, experiment.faults, changes).mistakes
     mistakes += [mistake for feed in wiring.feeds.values() for mistake in uncovered(feed, schedule)]
     if mistakes:
         raise WiringErrors(system.name, mistakes)
@@ -160,7 +162,8 @@ def _remarks(system: System, experiment: Experiment, wiring: Wiring) -> Sequence
         f"other tools must be told the communication step, {step}; some ask for the parameter set {PARAMETER_SET}",
         "they pass outputs on at communication points, with larger errors: adcs run --master plain gives their numbers",
     ]
-    own = ["events"] * bool(experiment.events) + ["processes of their own"] * bool(system.isolated)
+    own = ["events"] * bool(experiment.events) + ["faults"] * bool(experiment.faults)
+    own += ["processes of their own"] * bool(system.isolated)
     if own:
         lines.append(f"only adcs-cosim reads the {' and '.join(own)} in it, in its own annotation")
     if wiring.feeds:

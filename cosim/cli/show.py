@@ -47,6 +47,8 @@ def write_system(system: System, experiment: Experiment, locate: Locate) -> None
     if system.inputs:
         fed = [(name, str(signal)) for name, signal in system.inputs.items()]
         console.write_table(("input", "signal"), fed)
+    if experiment.faults:
+        console.write("\n".join(f"fault: {fault.words()}" for fault in experiment.faults))
     lines = ["", "start values that nothing sets (those of one FMU: adcs show FMU):"]
     lines += [line for name in order for line in _left_alone(name, wiring)] or ["  none"]
     lines += ["", "internal steps, set by solver.step or, where that is 0, found by the FMU at its start:"]

@@ -32,9 +32,8 @@ def started(system: System, experiment: Experiment, locate: Library) -> "Result"
             (experiment.communication_step_size, "communication_step_size"),
         )
     )
-    brief = replace(
-        experiment, stop_time=start + step, master=Explicit(), record=("*",), stop_when="", every=1, events=()
-    )
+    brief = replace(experiment, stop_time=start + step, master=Explicit(), record=("*",), stop_when="", every=1)
+    brief = replace(brief, events=(), faults=())  # of later times
     try:
         return simulate(system, brief, locate=locate, advise=False)
     except SimulationError as error:

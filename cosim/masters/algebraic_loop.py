@@ -49,6 +49,11 @@ class Around(Protocol):
         ...
 
     @property
+    def time(self) -> float:
+        """When it is, s."""
+        ...
+
+    @property
     def components(self) -> Sequence[ComponentLayout]:
         """Where each component has its slots."""
         ...
@@ -127,9 +132,16 @@ class Loop:
     def _passed(self, around: Around, x: FloatArray) -> FloatArray:
         """Return G(x)."""
         around.values[self.slots] = x
+        self.pass_on(around)
         for reading in self.readings:
             around.set_inputs(reading.component)
         return np.concatenate([values for r in self.readings for values in around.read(r)])
+
+    def pass_on(self, around: Around) -> None:
+        """Let faults act on x."""
+        for reading in self.readings:
+            for passage in around.components[reading.component].outputs.passages:
+                passage.show(around.values, around.time)
 
     @staticmethod
     def _small(change: FloatArray, x: FloatArray, part: float) -> bool:
@@ -182,14 +194,19 @@ class Loop:
     def _jacobian(self, around: Around) -> FloatArray:
         """Return J at the values that are set, shape (n, n), column by column of each component's inputs."""
         matrix = -np.eye(len(self.slots))
-        place = {slot: i for i, slot in enumerate(self.slots)}
+        place = {slot: (i, 1.0) for i, slot in enumerate(self.slots)}
+        for reading in self.readings:  # what passes with a fault on the way moves with its source
+            for passage in around.components[reading.component].outputs.passages:
+                if passage.source in place:
+                    place[passage.first] = place[passage.source][0], passage.gain(around.values)
         for component, group in self.groups:
             inputs, slave = around.components[component].inputs, around.slaves[component]
-            rows = [place[slot] for slot in group.slots]
+            rows = [place[slot][0] for slot in group.slots]
             for j, (slot, reference) in enumerate(zip(inputs.source, inputs.references, strict=True)):
                 if slot in place:
-                    seed = np.array([inputs.factor[j]])
-                    matrix[rows, place[slot]] += slave.directional_derivative(group.references, (reference,), seed)
+                    column, gain = place[slot]
+                    seed = np.array([gain * inputs.factor[j]])
+                    matrix[rows, column] += slave.directional_derivative(group.references, (reference,), seed)
         return matrix
 
 

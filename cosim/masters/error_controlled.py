@@ -14,7 +14,7 @@ from cosim.masters.implicit.estimating import Estimating, Pair, Solver
 from cosim.masters.implicit.iterating import Iterating
 from cosim.masters.implicit.norm import Norm
 from cosim.masters.implicit.plan import Plan
-from cosim.masters.iterated import Iterated, refuse
+from cosim.masters.iterated import Iterated, refuse, refuse_faults
 from cosim.masters.kernel.iterated import KernelSolver, iterated_obstacle
 from cosim.masters.kernel.library import KERNEL, why_python
 from cosim.masters.layout import Layout
@@ -23,6 +23,7 @@ from cosim.masters.rates import sample_times
 from cosim.masters.turns import Turns
 from cosim.masters.watch import Watch
 from cosim.slaves.slave import Slave
+from cosim.system.fault import JUMPING
 from cosim.system.timing import between
 from cosim.system.wiring import Wiring
 from cosim.time import Schedule, Seconds, exact_seconds
@@ -90,6 +91,8 @@ class ErrorControlled:
         """Apply the settings to a timed wiring; see `Master.course`."""
         found = stages(wiring)
         self._refuse(wiring)
+        why = "chooses its steps, at each of whose ends the connection would move to another value"
+        refuse_faults(wiring, JUMPING, type(self).__name__, why)
         refuse(wiring, schedule, found, type(self).__name__)
         fine, landings = self._divided(wiring, schedule)
         layout = Layout.of(wiring, record, stop_when)

@@ -8,7 +8,7 @@ from cosim.arrays import FloatArray, IntArray
 from cosim.masters import curves
 from cosim.masters.curves import Ends
 from cosim.masters.slots import NEWEST, POINT, Slots, conversion
-from cosim.masters.turns import CURVE, EXTRAPOLATED_MEAN, LINE, MEAN, MIDPOINT, SIGNAL_SLOT, SLOT, Turn
+from cosim.masters.turns import BETWEEN, CURVE, EXTRAPOLATED_MEAN, LINE, MEAN, MIDPOINT, SIGNAL_SLOT, SLOT, Turn
 
 EndsOf = Callable[[int], Ends]
 """Communication step -> values and slopes of the inputs' sources at both ends of the component's period around it."""
@@ -25,7 +25,7 @@ class Given:
         self.k, self.t, self.h = 0, 0.0, 0.0
         self._turn, self._slots, self._values = turn, slots, values
         self._inputs, self._derivatives = turn.component.inputs, turn.derivatives
-        self._ends = ends or ends_of(turn, slots)
+        self._ends = seen(turn, slots, ends or ends_of(turn, slots))
         self._factor = self._inputs.factor[self._derivatives.position]
         self.slopes: FloatArray = np.zeros(len(self._factor))
         single = ends is None and not turn.blends
@@ -84,6 +84,22 @@ def ends_of(turn: Turn, slots: Slots) -> EndsOf:
         return Ends(a, b, da, db)
 
     return ends
+
+
+def seen(turn: Turn, slots: Slots, ends: EndsOf) -> EndsOf:
+    """Return the ends that inputs see over a step: what a fault makes move in steps stays at its start."""
+    inputs = turn.component.inputs
+    if not inputs.faulty.size:
+        return ends
+
+    def stepped(k: int) -> Ends:
+        a, b, da, db = (part.copy() for part in ends(k))
+        stepping = inputs.stepping(slots.newest)
+        at = stepping[np.isin(turn.timing[stepping], BETWEEN)]
+        b[at], da[at], db[at] = a[at], 0.0, 0.0
+        return Ends(a, b, da, db)
+
+    return stepped
 
 
 def values_and_slopes(turn: Turn, slots: FloatArray) -> FloatArray:

@@ -92,8 +92,18 @@ def refuse(wiring: Wiring, schedule: Schedule, found: Sequence[Stage], master: s
                     f"and {follows[0]} follows it directly, but cannot be read again without a step"
                 )
                 raise NotSupported(what, "Choose master=Explicit().")
+    why = "halves steps that do not converge, and a delay would count each half"
+    refuse_faults(wiring, ("delay",), master, why)
     if mistakes := rates.of_one_rate(wiring, schedule):
         raise WiringErrors(wiring.system, mistakes)
+
+
+def refuse_faults(wiring: Wiring, kinds: Sequence[str], master: str, why: str) -> None:
+    """Raise `NotSupported` for a fault of some kinds on a connection."""
+    for port, faulty in wiring.faulty.items():
+        for kind in kinds:
+            if kind in faulty.kinds:
+                raise NotSupported(f"the fault {kind} of {port}: {master} {why}", "Choose master=Explicit().")
 
 
 @dataclass(frozen=True)

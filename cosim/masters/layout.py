@@ -1,7 +1,8 @@
 """Where every value of a run has its place: one vector of doubles with a slot for each. The same for every master.
 
 A component owns the slots from the `offset` of its outputs on: what is read from it, type by type, its output
-derivatives, and what slopes by differences need (slopes.py). Held inputs have slots, and every connected input has one
+derivatives, what slopes by differences need (slopes.py), what passes connections with faults, and whether it is frozen
+(faults.py). Held inputs have slots, and every connected input has one
 of its own, which shows at a communication point what the input is given: input = factor * source + addend. There is no
 order in it: who steps when is an algorithm's business.
 
@@ -16,8 +17,9 @@ from functools import cached_property
 import numpy as np
 
 from cosim.arrays import FloatArray, IntArray
-from cosim.masters import slopes
+from cosim.masters import faults, slopes
 from cosim.masters.columns import Columns, flag, recorded
+from cosim.masters.faults import FREEZING, FROZEN, LAG, Passage
 from cosim.masters.slopes import Differences
 from cosim.masters.types import Kind, kind_of
 from cosim.system.feeds import polynomial
@@ -51,6 +53,8 @@ class Outputs:
     """What is read from a component: `groups` fill consecutive slots from `offset` on, derivatives follow.
 
     `names` are those of the values, in the order of their slots. `differences`: whose slopes the FMU does not tell.
+    `passages`: connections from here on which faults act. `freeze`: the first of the slots of one that may freeze, -1:
+    it may not. `end`: the first slot that is not its own any more.
     """
 
     offset: int
@@ -58,7 +62,10 @@ class Outputs:
     names: tuple[str, ...]
     derivative_references: tuple[int, ...]
     derivative_orders: tuple[int, ...]
-    differences: Differences | None = None
+    differences: Differences | None
+    passages: tuple[Passage, ...]
+    freeze: int
+    end: int
 
     @property
     def values(self) -> slice:
@@ -78,7 +85,20 @@ class Outputs:
     @property
     def slots(self) -> slice:
         """Slots of all of these."""
-        return slice(self.offset, self.differences.step + 1 if self.differences else self.derivatives.stop)
+        return slice(self.offset, self.end)
+
+    def frozen(self, values: FloatArray) -> bool:
+        """Whether the component takes no steps, in a vector of slots."""
+        return self.freeze >= 0 and values[self.freeze + FROZEN] != 0.0
+
+    def pass_on(self, begun: FloatArray, newest: FloatArray, t: float) -> None:
+        """Let faults act on what the component has at t, s, the end of its step; `begun`: the slots before it."""
+        for passage in self.passages:
+            passage.take(begun, newest, t)
+
+    def lag(self, values: FloatArray) -> float:
+        """Return by how much the component's clock is late, s."""
+        return float(values[self.freeze + LAG]) if self.freeze >= 0 else 0.0
 
     @cached_property
     def finite(self) -> IntArray:
@@ -93,6 +113,7 @@ class Inputs:
     `groups` are the own slots of all inputs, in the order of `links`. `slope`: slots of the sources' slopes, -1: not
     known to the master. `signal`: slots where the polynomial of a signal (feeds.py) begins, its value and then its
     derivatives, -1: none. `allowed`: place of an input -> the values that it can take, where its source has others.
+    `held`: slots that are not 0 where a fault makes what passes move in steps, -1: none.
     """
 
     links: tuple[Link, ...]
@@ -104,6 +125,7 @@ class Inputs:
     slope: IntArray
     signal: IntArray
     allowed: Mapping[int, tuple[int, ...]]
+    held: IntArray
 
     @property
     def references(self) -> tuple[int, ...]:
@@ -114,6 +136,15 @@ class Inputs:
     def names(self) -> tuple[str, ...]:
         """Names of the inputs."""
         return tuple(link.target.variable for link in self.links)
+
+    @cached_property
+    def faulty(self) -> IntArray:
+        """Places of the inputs on whose connections faults act."""
+        return np.flatnonzero(self.held >= 0)
+
+    def stepping(self, values: FloatArray) -> IntArray:
+        """Return the places of the inputs whose connections a fault makes move in steps, in a vector of slots."""
+        return self.faulty[values[self.held[self.faulty]] != 0.0]
 
 
 @dataclass(frozen=True)
@@ -130,7 +161,7 @@ class Layout:
     """All slots: of `components` in the order of declaration, then held inputs, then connected inputs, `size` in all.
 
     `constants`: the values of held inputs, in the slots from `held` on; of Strings their texts. `stop_slot`: the slot
-    of the flag that ends a run; -1: none.
+    of the flag that ends a run; -1: none. `passages`: connections on which faults act, by their targets.
     """
 
     components: tuple[ComponentLayout, ...]
@@ -141,7 +172,8 @@ class Layout:
     derivative_slots: Mapping[tuple[Port, int], int]
     inputs: Inputs
     columns: Columns
-    stop_slot: int = -1
+    stop_slot: int
+    passages: Mapping[Port, Passage]
 
     @classmethod
     def of(
@@ -162,6 +194,7 @@ class Layout:
         for link in wiring.links:
             highest[link.source] = max(link.slopes, highest.get(link.source, 0))
         outputs: dict[str, Outputs] = {}
+        passages: dict[Port, Passage] = {}
         offset = 0
         for name in wiring.components:
             mine = _outputs(wiring, name, ports)
@@ -174,20 +207,30 @@ class Layout:
             unknown = [port for port, order in known.items() if not order]
             first += len(orders)
             derivative_slots |= {(port, 1): first + i for i, port in enumerate(unknown)}
+            differences = _differences([slots[p] for p in unknown], first) if unknown else None
+            first = differences.step + 1 if differences else first
+            passing = faults.passages(wiring, name, slots, derivative_slots, first)
+            first = max([first, *(passage.slots.stop for passage in passing.values())])
+            freezing = name in wiring.freezing
+            passages |= passing
             outputs[name] = Outputs(
                 offset,
                 groups_of(wiring, mine, [slots[p] for p in mine]),
                 tuple(p.variable for p in mine),
                 tuple(wiring.variable(p).value_reference for p, _ in orders),
                 tuple(n for _, n in orders),
-                _differences([slots[p] for p in unknown], first) if unknown else None,
+                differences,
+                tuple(passing.values()),
+                first if freezing else -1,
+                first + FREEZING if freezing else first,
             )
-            offset = outputs[name].slots.stop
+            offset = outputs[name].end
         held = offset
         slots |= {port: held + i for i, port in enumerate(wiring.held)}
         first = held + len(wiring.held)
         slots |= {link.target: first + i for i, link in enumerate(wiring.links)}
-        inputs = {name: _inputs(wiring, wiring.into(name), slots, derivative_slots) for name in wiring.components}
+        places = slots, derivative_slots, passages
+        inputs = {name: _inputs(wiring, wiring.into(name), *places) for name in wiring.components}
         return cls(
             components=tuple(ComponentLayout(n, inputs[n], outputs[n]) for n in wiring.components),
             size=first + len(wiring.links),
@@ -195,10 +238,20 @@ class Layout:
             constants=tuple(v.encode() if isinstance(v, str) else float(v) for v in wiring.held.values()),
             slots=slots,
             derivative_slots=derivative_slots,
-            inputs=_inputs(wiring, wiring.links, slots, derivative_slots),
+            inputs=_inputs(wiring, wiring.links, *places),
             columns=Columns.of(wiring, ports, slots),
             stop_slot=slots[flag(wiring, stop_when)] if stop_when else -1,
+            passages=passages,
         )
+
+    def slope(self, link: Link, n: int = 1) -> int:
+        """Return the slot of the n-th derivative of what a link passes on, -1: not known to the master."""
+        passage = self.passages.get(link.target)
+        return passage.derivative(n) if passage else self.derivative_slots.get((link.source, n), -1)
+
+    def factor(self, link: Link) -> float:
+        """Return the factor between that and the slope of the input."""
+        return 1.0 if link.target in self.passages else link.conversion.factor
 
     def readings(self, wiring: Wiring, outputs: Sequence[Port]) -> tuple[Reading, ...]:
         """Return some outputs as readings, one for each of their components, in the order of first appearance."""
@@ -258,20 +311,28 @@ def _differences(values: Sequence[int], first: int) -> Differences:
 
 
 def _inputs(
-    wiring: Wiring, links: Sequence[Link], slots: Mapping[Port, int], derivative_slots: Mapping[tuple[Port, int], int]
+    wiring: Wiring,
+    links: Sequence[Link],
+    slots: Mapping[Port, int],
+    derivative_slots: Mapping[tuple[Port, int], int],
+    passages: Mapping[Port, Passage],
 ) -> Inputs:
     ordered = tuple(sorted(links, key=lambda link: kind_of(wiring.variable(link.target))))
     own = [slots[link.target] for link in ordered]
+    passing = [passages.get(link.target) for link in ordered]
+    ends = list(zip(ordered, passing, strict=True))
+    slopes = [p.derivative(1) if p else derivative_slots.get((k.source, 1), -1) for k, p in ends]
     return Inputs(
         links=ordered,
         groups=groups_of(wiring, [link.target for link in ordered], own),
         slots=np.array(own, dtype=np.int64),
-        source=np.array([slots[link.source] for link in ordered], dtype=np.int64),
-        factor=np.array([link.conversion.factor for link in ordered], dtype=np.float64),
-        addend=np.array([link.conversion.offset for link in ordered], dtype=np.float64),
-        slope=np.array([derivative_slots.get((k.source, 1), -1) if k.slopes else -1 for k in ordered], dtype=np.int64),
+        source=np.array([p.first if p else slots[k.source] for k, p in ends], dtype=np.int64),
+        factor=np.array([1.0 if p else k.conversion.factor for k, p in ends], dtype=np.float64),
+        addend=np.array([0.0 if p else k.conversion.offset for k, p in ends], dtype=np.float64),
+        slope=np.array([s if k.slopes else -1 for s, k in zip(slopes, ordered, strict=True)], dtype=np.int64),
         signal=np.array([_signal(link, slots) for link in ordered], dtype=np.int64),
         allowed={i: link.allowed for i, link in enumerate(ordered) if link.allowed is not None},
+        held=np.array([p.held if p else -1 for p in passing], dtype=np.int64),
     )
 
 

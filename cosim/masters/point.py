@@ -62,6 +62,8 @@ class Point:
         values, texts = np.zeros(layout.size), Texts()
         for i, constant in enumerate(layout.constants):
             values[layout.held + i] = texts.number(constant) if isinstance(constant, bytes) else constant
+        for passage in layout.passages.values():
+            passage.reset(values)
         return cls(0, values, values.copy(), np.zeros((2, len(layout.inputs.links))), texts)
 
     def copy(self) -> "Point":

@@ -82,6 +82,8 @@ class Evaluation:
     def stands(self, k: int, now: float) -> bool:
         """Whether the component stands at communication point k + 1, at `now` s, which is where it is evaluated."""
         self.k, self.now = k, now
+        if self._turn.component.outputs.frozen(self._slots.newest):
+            return False
         return self._turn.period == 1 or self._turn.end(k, self._schedule) == k + 1
 
     def set_inputs(self) -> None:
@@ -110,6 +112,10 @@ class Evaluation:
         if differences is not None:
             differences.take(self._slots.point, newest, self._step()[1])
             coming[differences.slope] = newest[differences.slope]
+        outputs = self._turn.component.outputs
+        outputs.pass_on(self._slots.point, newest, self.now)
+        for passage in outputs.passages:
+            coming[passage.slots] = newest[passage.slots]
 
     def _step(self) -> tuple[float, float]:
         """Return start and size of the step that the component has taken to the point, s."""
@@ -121,6 +127,7 @@ class Evaluation:
         inputs, at = self._turn.component.inputs, self._turn.moving
         source, coming = inputs.source[at], self._slots.coming
         line = (coming[source] - self._slots.point[source]) / self._step()[1]
+        line[np.isin(at, inputs.stepping(self._slots.newest))] = 0.0
         slope = np.where(self._turn.timing[at] == RAMP, line, slope_or_none(coming[inputs.slope[at]]))
         self._slopes[:] = inputs.factor[at] * slope
 
@@ -138,6 +145,7 @@ class Solution:
         self.components: Sequence[ComponentLayout] = turns.layout.components
         self.slaves: Sequence[Slave] = [slaves[c.name] for c in self.components]
         self.values: FloatArray = slots.coming
+        self.time = 0.0
 
     def set_inputs(self, place: int) -> None:
         """Set the inputs of a component to what they are at the point; raises `CallFailed`, `ValueRefused`."""
@@ -153,6 +161,7 @@ class Solution:
         loop = self._loop.part([p for p, evaluation in self._evaluations.items() if evaluation.stands(k, now)])
         if not loop.readings:
             return
+        self.time = now
         members = [self._evaluations[reading.component] for reading in loop.readings]
         try:
             loop.solve(self)
@@ -175,6 +184,7 @@ class Solution:
 
         def evaluate(slopes: FloatArray) -> FloatArray:
             self.values[slots] = slopes
+            loop.pass_on(self)
             for member in told:
                 member.set_slopes()
             for member in told:

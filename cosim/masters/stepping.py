@@ -15,13 +15,10 @@ from cosim.masters.point import Point
 from cosim.masters.refreshing import Refreshing
 from cosim.masters.slots import Slots
 from cosim.masters.steps import Step
-from cosim.masters.turns import MEAN, MIDPOINT, RAMP, SMOOTH, STEP_MEAN, Turn, Turns
+from cosim.masters.turns import BETWEEN, STEP_MEAN, Turn, Turns
 from cosim.masters.watch import Clock, Watch
 from cosim.slaves import breadcrumb
 from cosim.slaves.slave import Slave
-
-BETWEEN = (MIDPOINT, RAMP, SMOOTH, MEAN)
-"""Timings whose inputs are between the values at both ends of a step."""
 
 
 class Stepping:
@@ -140,6 +137,8 @@ class Stepping:
         since, whole = self.schedule.count(at) - begin, end - begin
         point, newest = self._slots.point, self._slots.newest
         a, b = float(point[slot]), float(newest[slot])
+        if i in turn.component.inputs.stepping(newest):
+            return a, 0.0
         if not turn.curved[i]:
             return a + (b - a) * (since / whole), 0.0
         slope = turn.component.inputs.slope[i]

@@ -40,19 +40,26 @@ class Step:
         if outputs.derivative_references:
             self._after.append(slope_reader(slave, outputs, slots))
         self._step, self._are_finite = stepper(slave), finiteness(slots.newest, outputs.finite)
-        self._differences = outputs.differences
+        self._differences, self._outputs = outputs.differences, outputs
+        self._may_freeze = outputs.freeze >= 0
 
     def take(self, k: int, t: float, h: float) -> None:
         """Step from t to t + h, the component's period in communication step k; `newest` takes what it returns.
 
         Raises `StepFailed`, `ValueRefused`.
         """
-        given = self._given
+        given, own = self._given, t
+        if self._may_freeze:
+            if self._outputs.frozen(self._slots.newest):
+                self._slots.newest[self._outputs.slots] = self._slots.point[self._outputs.slots]
+                self._outputs.pass_on(self._slots.point, self._slots.newest, t + h)
+                return
+            own = t - self._outputs.lag(self._slots.newest)
         given.k, given.t, given.h = k, t, h
         try:
             for call in self._before:
                 call()
-            self._step(t, h)
+            self._step(own, h)
             for call in self._after:
                 call()
         except CallFailed as error:
@@ -61,6 +68,8 @@ class Step:
             refuse_not_finite(self.turn, self._slave, t, h, self.turn.component.outputs.groups, self._slots.newest)
         if self._differences is not None:
             self._differences.take(self._slots.point, self._slots.newest, h)
+        if self._outputs.passages:
+            self._outputs.pass_on(self._slots.point, self._slots.newest, t + h)
 
 
 def failed_step(error: CallFailed, t: float, h: float) -> StepFailed:

@@ -38,6 +38,9 @@ AT_POINT, AFTER_STEP, MIDPOINT, RAMP, STEP_MEAN, SMOOTH, MEAN, EXTRAPOLATED, EXT
 """Codes of `Turn.timing`, see cosim/system/timing.py; a step mean is an after_step input that shows its source's newest
 mean."""
 
+BETWEEN = (MIDPOINT, RAMP, SMOOTH, MEAN)
+"""Timings whose inputs are between the values at both ends of a step."""
+
 LINE, CURVE, SLOT, SIGNAL_SLOT = range(4)
 """Where an input derivative comes from: the line between both ends, the curve through them, a slot of the step's start,
 or that of a signal, which has stepped already."""
@@ -221,7 +224,7 @@ def _input_derivatives(wiring: Wiring, component: ComponentLayout, layout: Layou
         elif link.timing == "smooth":
             rows += [(i, order, CURVE, -1) for order in (1, 2, 3)]
         elif link.timing == "extrapolated":
-            rows += [(i, n, SLOT, layout.derivative_slots[link.source, n]) for n in range(1, link.order + 1)]
+            rows += [(i, n, SLOT, layout.slope(link, n)) for n in range(1, link.order + 1)]
         elif link.timing == "signal":
             first = int(component.inputs.signal[i])
             rows += [(i, n, SIGNAL_SLOT, first + n) for n in range(1, link.order + 1)]

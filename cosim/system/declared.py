@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from cosim.errors import SignalError
+from cosim.system.fault import Fault
 from cosim.system.signal import Signal
 from cosim.system.system import At, Connection
 from cosim.system.value import Value
@@ -93,6 +94,7 @@ def _signal(
 
 
 KNOWN: Mapping[str, Callable[..., Any]] = {
-    "At": At, "Connection": Connection, "Fraction": Fraction, "Signal": _signal, "Value": Value, "float": float,
+    "At": At, "Connection": Connection, "Fault": Fault, "Fraction": Fraction, "Signal": _signal, "Value": Value,
+    "float": float,
 }  # fmt: skip
 """Classes within systems and experiments."""

@@ -5,12 +5,13 @@ it at that time: an instance with its own, slower rate only where one of its ste
 communication step only where every FMU can take the two parts of that step.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
 from cosim.errors import EventError, SimulationError
+from cosim.system.fault import Passing
 from cosim.system.parameters import Parameters
 from cosim.system.system import At, System
 from cosim.system.wiring import Port, Wiring
@@ -18,14 +19,22 @@ from cosim.time import Schedule, exact_seconds, written
 from fmus.description.description import Scalar
 from fmus.description.names import split_element
 
+Mistake = tuple[str, str]
+"""Problem and advice."""
+
 
 @dataclass(frozen=True)
 class Change:
-    """What changes at a communication point, at `time` s."""
+    """What changes at a communication point, at `time` s: parameters, and by faults connections, by their targets.
+
+    `frozen`: of components whether they are from then on, and by how much their clocks are late, s.
+    """
 
     point: int
     time: float
     values: Mapping[Port, Scalar]
+    passing: Mapping[Port, Passing] = field(default_factory=dict[Port, Passing])
+    frozen: Mapping[str, tuple[bool, float]] = field(default_factory=dict[str, tuple[bool, float]])
 
     def told(self, wiring: Wiring) -> dict[str, Any]:
         """Return what run.json says of it."""
@@ -45,34 +54,33 @@ def resolve(
     for event in events:
         time = exact_seconds(event.time, "the time of an event")
         at = found.setdefault(time, {})
-        values = _values(wiring, system, event, time, mistakes)
-        mistakes += _fixed(wiring, values, time)
+        values, wrong = values_of(wiring, system, event)
+        mistakes += [EventError(written(time), problem, advice) for problem, advice in wrong]
         for port, value in values.items():
             before = at.setdefault(port, value)
             if before != value:
                 problem = f"{port} is set twice, to {before} and to {value}"
                 mistakes.append(EventError(written(time), problem, "Leave one of them out."))
     changes: list[Change] = []
-    for (time, values), point in zip(sorted(found.items()), schedule.event_points, strict=True):
-        changes.append(Change(point, schedule.time(point), values))
-        mistakes += _between_steps(wiring, schedule, changes[-1], time)
+    points = schedule.points_of_events
+    for time, values in sorted(found.items()):
+        changes.append(Change(points[time], schedule.time(points[time]), values))
+        components = dict.fromkeys(port.component for port in values)
+        mistakes += [EventError(written(time), *why) for why in between_steps(wiring, schedule, components, time)]
     return tuple(changes), mistakes
 
 
-def _values(
-    wiring: Wiring, system: System, event: At, time: Fraction, mistakes: list[SimulationError]
-) -> dict[Port, Scalar]:
-    """Return what an event sets, by single variables."""
-    alone = replace(system, parameters=event.values, vehicle={}, held={})
-    parameters = Parameters(alone, wiring.fmus)
+def values_of(wiring: Wiring, system: System, event: At) -> tuple[dict[Port, Scalar], list[Mistake]]:
+    """Return what an event sets, by single variables, and what is wrong with it."""
+    parameters = Parameters(replace(system, parameters=event.values, vehicle={}, held={}), wiring.fmus)
     values = parameters.settings()
-    mistakes += [EventError(written(time), str(mistake).rstrip(".")) for mistake in parameters.mistakes]
+    wrong = [(str(mistake).rstrip("."), "") for mistake in parameters.mistakes]
     if not event.values:
-        mistakes.append(EventError(written(time), "it changes nothing", 'Write At(50, {"controller.kp": 30}).'))
-    return values
+        wrong.append(("it changes nothing", 'Write At(50, {"controller.kp": 30}).'))
+    return values, [*wrong, *_fixed(wiring, values)]
 
 
-def _fixed(wiring: Wiring, values: Mapping[Port, Scalar], time: Fraction) -> Iterator[EventError]:
+def _fixed(wiring: Wiring, values: Mapping[Port, Scalar]) -> Iterator[Mistake]:
     """Find what cannot change after the start, whole arrays at a time."""
     for component, name in dict.fromkeys((p.component, split_element(p.variable)[0]) for p in values):
         description = wiring.descriptions[component]
@@ -88,30 +96,30 @@ def _fixed(wiring: Wiring, values: Mapping[Port, Scalar], time: Fraction) -> Ite
             if (v := description.variables[g.elements[0]]).causality == "parameter" and v.variability == "tunable"
         ]
         problem = f"{component}.{name} is {kind}, which cannot change after the start"
-        yield EventError(written(time), problem, f"Tunable in {component}: {', '.join(tunable) or 'none'}.")
+        yield problem, f"Tunable in {component}: {', '.join(tunable) or 'none'}."
 
 
-def _between_steps(wiring: Wiring, schedule: Schedule, change: Change, time: Fraction) -> Iterator[EventError]:
-    """Find what cannot be at the time of a change."""
+def between_steps(wiring: Wiring, schedule: Schedule, components: Iterable[str], time: Fraction) -> Iterator[Mistake]:
+    """Find what keeps some components from a change at a time, which is a communication point."""
     slow = {name: wiring.period(name) for name in wiring.fmus if wiring.period(name) > 1}
     step = schedule.step_size
     first = Fraction(schedule.start, schedule.denominator)
-    if change.point in schedule.divided_at:
+    if schedule.points_of_events[time] in schedule.divided_at:
         below = first + (time - first) // step * step
         points = f"{written(below)} or {written(below + step)}"
         where = f"it lies between the communication points {written(below)} and {written(below + step)}"
         for name, description in wiring.fmus.items():
             if not description.can_handle_variable_step:
                 problem = f"{where}, and {name} needs a constant step (canHandleVariableCommunicationStepSize=false)"
-                yield EventError(written(time), problem, f"Choose {points}.")
+                yield problem, f"Choose {points}."
         for name, period in slow.items():
             problem = f"{where}, and {name} takes {period} of these steps in one, which cannot be divided"
-            yield EventError(written(time), problem, f"Choose {points}.")
+            yield problem, f"Choose {points}."
         return
-    for name in dict.fromkeys(port.component for port in change.values):
+    for name in components:
         period = slow.get(name, 1)
         if ((time - first) / step) % period:
             own = step * period
             below = first + (time - first) // own * own
             problem = f"{name} is within a step of its own then, from {written(below)} to {written(below + own)}"
-            yield EventError(written(time), problem, f"Choose {written(below)} or {written(below + own)}.")
+            yield problem, f"Choose {written(below)} or {written(below + own)}."

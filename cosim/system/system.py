@@ -8,6 +8,7 @@ import numpy as np
 
 from cosim.errors import UnknownName
 from cosim.system.component import Component
+from cosim.system.fault import Fault
 from cosim.system.reference import name_of, reference_of
 from cosim.system.timing import Timing
 from cosim.system.value import Value, plain
@@ -180,6 +181,9 @@ class Experiment:
 
     `events`: tunable parameters that change at given times, each before the step that begins there. A time between two
     communication points divides the step; the points after it stay where they were.
+
+    `faults`: what goes wrong in flight, each from a time on, at which the order of the exchange drops; what a faulty
+    connection gives its target is what is recorded of that.
     """
 
     stop_time: Seconds
@@ -194,8 +198,10 @@ class Experiment:
     pending_timeout: float = 60.0
     events: Sequence[At] = ()
     isolation_timeout: float = 60.0
+    faults: Sequence[Fault] = ()
 
     def __post_init__(self) -> None:
-        """Make the patterns a tuple; a text is one pattern. Make the events one too."""
+        """Make the patterns a tuple; a text is one pattern. Make events and faults one too."""
         object.__setattr__(self, "events", tuple(self.events))
+        object.__setattr__(self, "faults", tuple(self.faults))
         object.__setattr__(self, "record", _names(self.record))

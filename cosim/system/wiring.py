@@ -10,6 +10,13 @@ from fmus.description.description import ModelDescription, Scalar, ScalarVariabl
 from fmus.description.units import IDENTITY, Conversion
 
 
+class Faulty(NamedTuple):
+    """Which kinds of faults act on a scalar connection in a flight, and the longest delay among them, steps."""
+
+    kinds: frozenset[str]
+    longest: int
+
+
 class Port(NamedTuple):
     """One scalar variable of one component."""
 
@@ -88,10 +95,10 @@ class Feed:
 class Wiring:
     """A system without mistakes. `settings` and `held`: in the variables' own units. `periods`: of every component.
 
-    `feeds`: the signals, by the names of the instances that they are; these are among `descriptions` too. `refreshed`:
-    whether outputs that follow inputs directly are evaluated again at communication points; the plain exchange does
-    without. `resolved`: what each entry of the system has come to, for a flight that changes some of them
-    (parameters.py).
+    `feeds`: the signals, by the names of the instances that they are; these are among `descriptions` too. `resolved`:
+    what each entry of the system has come to, for a flight that changes some of them (parameters.py). `refreshed`:
+    whether outputs that follow inputs directly are evaluated again at points; the plain exchange does without.
+    `faulty`: targets of connections on which faults act in a flight; `freezing`: components that freeze in it.
     """
 
     descriptions: Mapping[str, ModelDescription]
@@ -103,6 +110,8 @@ class Wiring:
     feeds: Mapping[str, Feed] = field(default_factory=dict[str, Feed])
     refreshed: bool = True
     resolved: Mapping[Any, Mapping[Port, Scalar]] = field(default_factory=dict, compare=False, repr=False)
+    faulty: Mapping[Port, Faulty] = field(default_factory=dict[Port, Faulty])
+    freezing: frozenset[str] = frozenset()
 
     @property
     def fmus(self) -> Mapping[str, ModelDescription]:

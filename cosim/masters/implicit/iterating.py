@@ -112,6 +112,8 @@ class Iterating:
             self.evaluations += 1
             slots.newest[loop.slots] = x
             for place in loop.turns:
+                self.turns.all[place].component.outputs.pass_on(slots.point, slots.newest, t + h)
+            for place in loop.turns:
                 self._steps[place].take(slots.index, t, h)
             return slots.newest[loop.slots]
 

@@ -54,10 +54,15 @@ class Member:
 
 
 def members(wiring: Wiring, layout: Layout, names: Sequence[str]) -> tuple[Member, ...]:
-    """Return the members of a loop in their order; none where one of them does not give what this needs."""
+    """Return the members of a loop in their order; none where one of them does not give what this needs.
+
+    What faults do to a connection or a component in flight is not in the equations: differences see it.
+    """
     inner = [k for k in wiring.links if k.source.component in names and k.target.component in names]
     moving = [k for k in inner if k.timing in ("smooth", "ramp")]
     offered = all(_gives(wiring.descriptions[name]) for name in names)
+    if any(k.target in wiring.faulty for k in inner) or not wiring.freezing.isdisjoint(names):
+        return ()
     if not offered or any(not k.from_start and not k.step_mean and k not in moving for k in inner):
         return ()
     sources = dict.fromkeys(k.source for k in moving)

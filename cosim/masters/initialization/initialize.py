@@ -73,7 +73,7 @@ class Initialization:
                 values.set_inputs(place)
             for slave in slaves.values():
                 _leave(slave)
-            self._read(slaves, point)
+            self._read(slaves, point, t)
         except CallFailed as error:
             raise self._refusal(values, slaves, error) from error
         self.layout.show_inputs(point.values)
@@ -106,7 +106,7 @@ class Initialization:
         changing = [str(port) for port, slot in self.layout.slots.items() if slot in changed]
         raise AlgebraicLoop(changing, "these values never settle, though InitialUnknowns show no loop")
 
-    def _read(self, slaves: Mapping[str, Slave], point: Point) -> None:
+    def _read(self, slaves: Mapping[str, Slave], point: Point, t: float) -> None:
         for c in self.layout.components:
             slave, outputs = slaves[c.name], c.outputs
             read_groups(slave, outputs.groups, point.values, point.texts)
@@ -114,8 +114,13 @@ class Initialization:
                 raise _not_finite(c, point.values, slave)
             if outputs.differences is not None:
                 outputs.differences.forget(point.values)
+            for passage in outputs.passages:
+                passage.show(point.values, t)
+        outputs = {c.name: c.outputs for c in self.layout.components}
         for asked in self.slopes:
             slopes.read(asked, slaves[asked.component], point.values)
+            for passage in outputs[asked.component].passages:
+                passage.show(point.values, t)
 
     def _refusal(self, values: Values, slaves: Mapping[str, Slave], error: CallFailed) -> InitializationFailed:
         """Return what failed; where a value that is not finite was passed on, the words of the component that made it.

@@ -16,7 +16,7 @@ from cosim.masters.slopes import MOVING, UNKNOWN
 from cosim.slaves.slave import Slave
 from cosim.system import graph
 from cosim.system.timing import between
-from cosim.system.wiring import Link, Port, Wiring
+from cosim.system.wiring import Port, Wiring
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def _asked(wiring: Wiring, layout: Layout, name: str, ports: list[Port], *, loop
         moving = [link for link in followed if between(wiring, link)]
         if moving and (loop or not description.refresh):
             return None
-        return tuple(_slope_slot(layout, link) for link in moving)
+        return tuple(layout.slope(link) for link in moving)
 
     return Asked(
         component=name,
@@ -73,13 +73,9 @@ def _asked(wiring: Wiring, layout: Layout, name: str, ports: list[Port], *, loop
         slots=np.array([layout.derivative_slots[key] for key in keys], dtype=np.int64),
         needs=tuple(needs(port) for port, _ in keys),
         inputs=tuple(wiring.variable(link.target).value_reference for link in links),
-        slopes=np.array([layout.derivative_slots[link.source, 1] for link in links], dtype=np.int64),
-        factor=np.array([link.conversion.factor for link in links], dtype=np.float64),
+        slopes=np.array([layout.slope(link) for link in links], dtype=np.int64),
+        factor=np.array([layout.factor(link) for link in links], dtype=np.float64),
     )
-
-
-def _slope_slot(layout: Layout, link: Link) -> int:
-    return layout.derivative_slots.get((link.source, 1), -1)
 
 
 def read(asked: Asked, slave: Slave, values: FloatArray) -> None:

@@ -49,3 +49,7 @@ class Values:
         for group, values in zip(reading.groups, self.read(reading), strict=True):
             self.values[group.slots] = values
             self.known[group.slots] = True
+        for passage in self.components[reading.component].outputs.passages:
+            if self.known[passage.source]:
+                passage.show(self.values, self.time)
+                self.known[passage.slots] = True

@@ -15,6 +15,7 @@ static double between(const Run *r, const Component *c, integer i, integer k, in
     const integer since = point_count(r, at) - begin, whole = end - begin, source = c->source[i];
     const double a = r->point[source], b = r->newest[source];
     *slope = 0;
+    if (moves_in_steps(r, c, i)) return a;
     if (!is_curved(c->timing[i])) return a + (b - a) * ((double)since / (double)whole);
     {
         const double h = (double)whole / (double)r->denominator, t = (double)since / (double)r->denominator;
@@ -66,4 +67,12 @@ static Ends ends_of(const Run *r, const Component *c, integer i, integer k, doub
     }
     e.b = source_at_end(r, c, i, k, &e.db);
     return is_curved(c->timing[i]) ? known(e, h) : e;
+}
+
+/* The same as the input sees them: what a fault makes move in steps stays at its start. */
+static Ends ends_seen(const Run *r, const Component *c, integer i, integer k, double h)
+{
+    Ends e = ends_of(r, c, i, k, h);
+    if (moves_in_steps(r, c, i) && is_between(c->timing[i])) e.b = e.a, e.da = e.db = 0;
+    return e;
 }

@@ -3,7 +3,7 @@
 /* What an input is over a step, where that is more than what a slot shows. */
 static double mixed(const Run *r, const Component *c, integer i, integer k, double h)
 {
-    const Ends e = ends_of(r, c, i, k, h);
+    const Ends e = ends_seen(r, c, i, k, h);
     switch (c->timing[i]) {
     case AFTER_STEP:
     case STEP_MEAN: return e.b;
@@ -34,7 +34,7 @@ static int set_input_derivatives(Run *r, integer place, integer k, double h)
         } else if (c->form[i] == SIGNAL_SLOT) {
             slope = r->newest[c->slot[i]];
         } else {
-            if (!i || c->position[i - 1] != at) e = ends_of(r, c, at, k, h); /* the orders of an input are neighbours */
+            if (!i || c->position[i - 1] != at) e = ends_seen(r, c, at, k, h); /* the orders of an input are neighbours */
             if (c->form[i] == LINE) slope = (e.b - e.a) / h;
             else if (c->derivative_orders[i] == 1) slope = e.da;
             else slope = c->derivative_orders[i] == 2 ? curve_second(e, h) : curve_third(e, h);
@@ -79,7 +79,7 @@ static int set_slopes_now(Run *r, integer place, const double *values, double h)
     for (i = 0; i < c->moving; i++) {
         const integer at = c->moving_position[i], source = c->source[at];
         const double slope =
-            c->timing[at] == RAMP ? (values[source] - r->point[source]) / h : slope_or_none(values[c->slope_slot[at]]);
+            moves_in_steps(r, c, at) ? 0.0 : c->timing[at] == RAMP ? (values[source] - r->point[source]) / h : slope_or_none(values[c->slope_slot[at]]);
         c->moving_slope[i] = c->wire[at].factor * slope;
     }
     calling(r, place, CALL_SET_DERIVATIVES, REAL);

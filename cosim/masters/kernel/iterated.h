@@ -120,6 +120,7 @@ static int evaluate(Run *r, Loop *loop, integer k, double t, double h, int stepp
         if (restore_state(r, loop->first + i)) return 1;
     r->evaluations++;
     for (i = 0; i < loop->unknowns; i++) r->newest[loop->slots[i]] = loop->x[i];
+    for (i = 0; i < loop->members; i++) pass_on(r, &r->component[loop->first + i], t + h);
     for (i = 0; i < loop->members; i++)
         if (take_turn(r, loop->first + i, k, t, h)) return 1;
     for (i = 0; i < loop->unknowns; i++) loop->residual[i] = r->newest[loop->slots[i]] - loop->x[i];

@@ -21,6 +21,7 @@
 #include "texts.h"
 #include "points.h"
 #include "curves.h"
+#include "faults.h"
 #include "ends.h"
 
 EXPORT int fmi3_do_step(void *instance, double t, double h, int no_return);
@@ -41,14 +42,18 @@ enum { BETWEEN_LOOKS = 64 };      /* ... up to so many */
 static inline int take_turn(Run *r, integer place, integer k, double t, double h)
 {
     Component *c = &r->component[place];
+    double end;
     integer g;
     int status;
     if (c->period != 1) {
         t = point_time(r, period_start(c, k));
         h = point_time(r, period_end(r, c, k)) - t;
     }
+    end = t + h;
+    if (is_frozen(r, c)) return stay_frozen(r, c, end);
     if (set_inputs(r, place, k, h)) return 1;
     calling(r, place, CALL_STEP, REAL);
+    t -= lag(r, c);
     status = c->do_step(c->instance, t, h, !r->stages);
     if (status && not_ok(r, place, status, t, h)) return 1;
     if (r->stages && c->halfway && set_ends(r, place, k, h)) return 1;
@@ -58,6 +63,7 @@ static inline int take_turn(Run *r, integer place, integer k, double t, double h
     for (g = 0; g < c->output_groups; g++)
         if (refuse_not_finite(r, place, &c->output_group[g])) return 1;
     if (c->differences) take_differences(r, c, h);
+    pass_on(r, c, end);
     return 0;
 }
 
@@ -72,6 +78,7 @@ static void show_read(Run *r, const Component *c, const Reading *reading)
     if (reading->slopes)
         memcpy(r->next + first, r->newest + first, (size_t)c->output_derivatives * sizeof(double));
     for (i = 0; i < c->differences; i++) r->next[c->difference_slope[i]] = r->newest[c->difference_slope[i]];
+    show_passed(r, c);
 }
 
 /* Read outputs again with the inputs of communication point k + 1, h after the one before. */
@@ -80,6 +87,7 @@ static inline int refresh(Run *r, const Reading *reading, integer k, double h)
     const integer place = reading->component;
     Component *c = &r->component[place];
     integer g;
+    if (is_frozen(r, c)) return 0;
     if (c->period != 1) h = point_time(r, k + 1) - point_time(r, period_start(c, k));
     put_on(reading->wire, c->inputs, c->value);
     if (set_values(r, place, 1)) return 1;
@@ -90,6 +98,7 @@ static inline int refresh(Run *r, const Reading *reading, integer k, double h)
     for (g = 0; g < reading->groups; g++)
         if (refuse_not_finite(r, place, &reading->group[g])) return 1;
     if (c->differences) take_differences(r, c, h);
+    if (c->passages) pass_on(r, c, point_time(r, k + 1));
     if (!r->all_step) show_read(r, c, reading);
     return 0;
 }

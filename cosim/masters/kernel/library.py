@@ -36,6 +36,7 @@ SOURCES = tuple(
         "pending.h",
         "ends.h",
         "iterated.h",
+        "faults.h",
         "signals.h",
         "fmi3.h",
         "crash.h",

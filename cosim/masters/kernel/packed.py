@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cosim.arrays import BoolArray, FloatArray, IntArray
+from cosim.masters.faults import Passage
 from cosim.masters.implicit.plan import Loop, Plan
 from cosim.masters.kernel.structures import (
     CALLS,
@@ -16,6 +17,7 @@ from cosim.masters.kernel.structures import (
     ComponentStructure,
     GroupStructure,
     LoopStructure,
+    PassageStructure,
     PassStructure,
     ReadingStructure,
     RunStructure,
@@ -181,7 +183,8 @@ class Packed:
         """Return what a turn and a reading of a component have in common, `straight` as far as that goes."""
         found = PassStructure(component=place, instance=c.instance, set=c.set_real, get=c.get_real, inputs=c.inputs)
         found.input_references, found.input = c.input_references, c.value
-        found.straight = c.only_real or not c.inputs
+        faulty = c.held or c.passages or c.freeze >= 0
+        found.straight = (c.only_real or not c.inputs) and not faulty
         for group in groups:
             found.straight = found.straight and len(groups) == 1 and group.kind == Kind.REAL and group.first >= 0
             found.outputs, found.output_references = group.count, group.references
@@ -200,6 +203,11 @@ class Packed:
             group=self._groups(reading.groups),
             wire=self._wires(inputs, self.newest if self._all_step else self.next, mean, inputs.source),
         )
+
+    def _passage(self, passage: Passage) -> PassageStructure:
+        numbers = {name: getattr(passage, name) for name in ("first", "source", "factor", "addend", "key")}
+        slopes = self._array(passage.slopes, np.int64)
+        return PassageStructure(**numbers, slopes=len(passage.slopes), slope=slopes)
 
     def _allowed(self, inputs: Inputs) -> int:
         found = [
@@ -263,6 +271,10 @@ class Packed:
             output_group=self._groups(outputs.groups),
             output_derivative_references=self._array(outputs.derivative_references, np.uint32),
             output_derivative_orders=self._array(outputs.derivative_orders, np.int32),
+            held=self._array(inputs.held, np.int64) if inputs.faulty.size else 0,
+            passages=len(outputs.passages),
+            freeze=outputs.freeze,
+            passage=self._list(PassageStructure, [self._passage(passage) for passage in outputs.passages]),
             **self._differences(outputs.differences),
         )
 

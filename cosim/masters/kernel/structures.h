@@ -73,6 +73,14 @@ typedef struct {
     double factor, addend;
 } Wire;
 
+/* A connection on which faults act: faults.Passage; its slots begin at `first`. */
+typedef struct {
+    integer first, source, slopes;
+    const integer *slope;
+    double factor, addend;
+    unsigned long long key;
+} Passage;
+
 typedef struct {
     const char *name;
     Warned *warned; /* CALLS x KINDS */
@@ -126,6 +134,10 @@ typedef struct {
     const int *output_derivative_orders;
     integer differences, step_slot;
     const integer *difference_value, *difference_slope, *difference_before;
+    /* faults.h: where they make what passes move in steps, a slot that is not 0 (-1: never; NULL: there are none) */
+    const integer *held;
+    integer passages, freeze; /* freeze: -1 of one that never is frozen */
+    const Passage *passage;
 } Component;
 
 typedef struct {
@@ -274,7 +286,10 @@ static const integer layout[] = {
     F(Component, output_groups), F(Component, output_derivatives), F(Component, output_group),
     F(Component, output_derivative_references), F(Component, output_derivative_orders), F(Component, differences),
     F(Component, step_slot), F(Component, difference_value), F(Component, difference_slope),
-    F(Component, difference_before),
+    F(Component, difference_before), F(Component, held), F(Component, passages), F(Component, freeze),
+    F(Component, passage),
+    (integer)sizeof(Passage), F(Passage, first), F(Passage, source), F(Passage, slopes), F(Passage, slope),
+    F(Passage, factor), F(Passage, addend), F(Passage, key),
     (integer)sizeof(Reading), F(Reading, component), F(Reading, groups), F(Reading, slopes), F(Reading, group),
     F(Reading, wire),
     (integer)sizeof(Pass), F(Pass, straight), F(Pass, component), F(Pass, instance), F(Pass, set), F(Pass, step), F(Pass, get), F(Pass, inputs), F(Pass, outputs), F(Pass, finite), F(Pass, input_references), F(Pass, output_references), F(Pass, wire), F(Pass, input), F(Pass, output), F(Pass, finite_value), F(Pass, slopes), F(Pass, kept),

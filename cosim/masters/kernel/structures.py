@@ -97,8 +97,17 @@ class ComponentStructure(ctypes.Structure):
         *_integers("outputs", "offset", "owned", "output_groups", "output_derivatives"),
         *_pointers("output_group", "output_derivative_references", "output_derivative_orders"),
         *_integers("differences", "step_slot"),
-        *_pointers("difference_value", "difference_slope", "difference_before"),
+        *_pointers("difference_value", "difference_slope", "difference_before", "held"),
+        *_integers("passages", "freeze"),
+        *_pointers("passage"),
     ]
+
+
+class PassageStructure(ctypes.Structure):
+    """A connection on which faults act."""
+
+    _fields_ = [*_integers("first", "source", "slopes"), *_pointers("slope")]
+    _fields_ += [("factor", ctypes.c_double), ("addend", ctypes.c_double), ("key", ctypes.c_ulonglong)]
 
 
 class ReadingStructure(ctypes.Structure):
@@ -164,6 +173,7 @@ STRUCTURES = (
     WarnedStructure,
     WireStructure,
     ComponentStructure,
+    PassageStructure,
     ReadingStructure,
     PassStructure,
     LoopStructure,

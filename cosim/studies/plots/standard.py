@@ -13,6 +13,7 @@ from cosim.results.result import Result
 from cosim.studies.metrics import attitude_error, first, reference_rate, series, settings, torque
 from cosim.studies.plots.clusters import draw_clusters
 from cosim.studies.plots.estimates import draw_estimates
+from cosim.studies.plots.faults import mark
 from cosim.studies.plots.style import (
     COLOURS,
     GREY,
@@ -48,7 +49,7 @@ def draw(results: Mapping[str, Result]) -> dict[str, Figure]:
                 if not several or loop.plant == plant
             }
             figures |= {f"{name}_{plant}" if several else name: figure for name, figure in _draw(views).items()}
-    return figures | draw_clusters(results) | draw_estimates(results)
+    return mark(figures | draw_clusters(results) | draw_estimates(results), results)
 
 
 @dataclass(frozen=True)

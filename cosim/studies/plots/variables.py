@@ -11,6 +11,7 @@ from cosim.arrays import FloatArray, IntArray
 from cosim.errors import SimulationError, UnknownName
 from cosim.results.result import Result
 from cosim.studies.metrics import rotations
+from cosim.studies.plots.faults import mark
 from cosim.studies.plots.pages import Panel, Trace, draw_panels
 from cosim.studies.plots.shown import components_of, unit_of
 from cosim.studies.roles import Loop, loops
@@ -67,7 +68,7 @@ def draw_variables(runs: Mapping[str, Result], patterns: Sequence[str]) -> dict[
             if name in run and run[name].shape[1:] == first[name].shape[1:]
         ]
         panels.append(Panel(name, unit, components_of(name, first[name].shape[1:]), traces))
-    return draw_panels(panels, "variables", f"Variables of {', '.join(runs)}")
+    return mark(draw_panels(panels, "variables", f"Variables of {', '.join(runs)}"), runs)
 
 
 def draw_difference(runs: Mapping[str, Result], patterns: Sequence[str] = ()) -> tuple[dict[str, Figure], str]:
