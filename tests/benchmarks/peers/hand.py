@@ -24,11 +24,12 @@ def initialized(loop: Loop) -> tuple[list[Unit], list[Port]]:
     wanted = dict.fromkeys([source for source, _ in loop.wires] + loop.shown)
     ports = [port for name in loop.fmus for port in wanted if port[0] == name]
     units: dict[str, Unit] = {}
+    folders = {path: extract(path) for path in set(loop.fmus.values())}  # one library a file, however many instances
     for name, path in loop.fmus.items():
         description = read_model_description(path)
         slave = FMU2Slave(
             guid=description.guid,
-            unzipDirectory=extract(path),
+            unzipDirectory=folders[path],
             modelIdentifier=description.coSimulation.modelIdentifier,
             instanceName=name,
         )
