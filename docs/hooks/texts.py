@@ -43,5 +43,5 @@ def _within(path: Path) -> str:
 
 
 def _code(path: Path) -> str:
-    language = {".py": "python", ".sh": "sh"}[path.suffix]
+    language = {".py": "python", ".sh": "sh", ".toml": "toml"}[path.suffix]
     return f"```{language} {path.name}\n{path.read_text(encoding='utf-8')}```"
