@@ -6,7 +6,7 @@ adcs run sensor_faults.py --fault sensor_faults.toml --plot
 from cosim import Connection, Experiment, System, Value
 
 T = 0.1  # s, sample time
-GYRO = {"angle_random_walk": Value(0.01, "deg/h(1/2)"), "rate_random_walk": Value(5, "deg/h(3/2)")}
+GYRO = {"angle_random_walk": Value(0.01, "deg/h^(1/2)"), "rate_random_walk": Value(5, "deg/h^(3/2)")}
 TRACKER = {"cross_noise": Value(5, "arcsec"), "roll_noise": Value(40, "arcsec")}
 LINKS = [
     ("plant.q_BN", "gyro.q_BN_true"),
