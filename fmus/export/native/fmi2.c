@@ -244,7 +244,7 @@ static void hold(const State *s, Held *own, const double *u, int what)
 #endif
 
 /* Whether initial values follow what is set: in initialization mode, and after it while inputs are waited for. */
-static int starting(const State *s) { return s->mode == INITIALIZATION || s->waiting; }
+#define STARTING(s) ((s)->mode == INITIALIZATION || (s)->waiting)
 
 /* Calculate states and step means from the values set. */
 static void begin(State *s)
@@ -332,7 +332,7 @@ static void observe(State *s)
     memcpy(set, Y(s->v), NE * sizeof set[0]);
     CALL(slopes, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), s->m, s->u1, s->k, NULL),
          OUT(Y(s->v), D(s->v), s->dy));
-    if (starting(s)) memcpy(Y(s->v), set, NE * sizeof set[0]);
+    if (STARTING(s)) memcpy(Y(s->v), set, NE * sizeof set[0]);
     s->y_old = s->d_old = s->dy_old = 0;
 }
 #endif
@@ -343,7 +343,7 @@ static void show(State *s)
     settle(s);
     if (!s->y_old) return;
 #if !SAMPLED && defined slopes_SZ_ARG
-    if (s->dy_asked && !starting(s)) {
+    if (s->dy_asked && !STARTING(s)) {
         observe(s);
         return;
     }
@@ -357,7 +357,7 @@ static void show(State *s)
         memcpy(set, Y(s->v), NE * sizeof set[0]);
         if (OUTPUTS_HELD) hold(s, &s->held, U(s->v), ALL);
         CALL(outputs, IN(&s->t, X(s->v), U(s->v), P(s->v), C(s->v), s->m, s->k, s->held.g), OUT(Y(s->v)));
-        if (starting(s)) memcpy(Y(s->v), set, NE * sizeof set[0]);
+        if (STARTING(s)) memcpy(Y(s->v), set, NE * sizeof set[0]);
     }
 #endif
 }
