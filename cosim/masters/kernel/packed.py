@@ -62,7 +62,7 @@ class Packed:
         readings = [self._reading(r, place, turns.all[place]) for r, place in zip(again, places, strict=True)]
         passes = [self._turn(*part) for part in enumerate(components)]
         passes += [self._again(reading, components[reading.component]) for reading in readings]
-        for place in _kept(turns, again, places):
+        for place in set_already(turns, again, places):
             passes[place].kept = not passes[place].slopes
         inputs = layout.inputs
         self.run = RunStructure(
@@ -286,7 +286,7 @@ class Packed:
         return {"differences": len(differences.value), "step_slot": differences.step, **arrays}
 
 
-def _kept(turns: Turns, readings: Sequence[Reading], places: Sequence[int]) -> Iterator[int]:
+def set_already(turns: Turns, readings: Sequence[Reading], places: Sequence[int]) -> Iterator[int]:
     """Yield the turns whose inputs at the start of a step are those of the reading at the end of the step before.
 
     They show the communication point, at which nothing that they come from is read again after them. An FMU that is
