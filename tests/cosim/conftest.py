@@ -1,5 +1,7 @@
-"""The command line in a folder of its own, outside the repository."""
+"""The command line in a folder of its own, outside the repository; a disk of its own."""
 
+import shutil
+import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -36,3 +38,19 @@ def adcs(folder) -> Callable[..., Outcome]:
         return Outcome(result.exit_code, result.stdout, result.stderr)
 
     return call
+
+
+@pytest.fixture
+def disk(tmp_path):
+    """A disk of its own: call it with its size in kilobytes; skipped where nothing can be mounted."""
+    place = tmp_path / "disk"
+    place.mkdir()
+
+    def call(kilobytes):
+        mount = ["mount", "-t", "tmpfs", "-o", f"size={kilobytes}k,mode=700", "none", str(place)]
+        if shutil.which("mount") is None or subprocess.run(mount, capture_output=True, check=False).returncode:
+            pytest.skip("nothing can be mounted here")
+        return place
+
+    yield call
+    subprocess.run(["umount", "-l", str(place)], capture_output=True, check=False)

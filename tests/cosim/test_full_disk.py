@@ -91,22 +91,6 @@ def test_a_file_that_may_not_grow(fly, tmp_path, kilobytes):
     assert rows > 60_000 or kilobytes < 2048
 
 
-@pytest.fixture
-def disk(tmp_path):
-    """A disk of its own: call it with its size in kilobytes; skipped where nothing can be mounted."""
-    place = tmp_path / "disk"
-    place.mkdir()
-
-    def call(kilobytes):
-        mount = ["mount", "-t", "tmpfs", "-o", f"size={kilobytes}k,mode=700", "none", str(place)]
-        if shutil.which("mount") is None or subprocess.run(mount, capture_output=True, check=False).returncode:
-            pytest.skip("nothing can be mounted here")
-        return place
-
-    yield call
-    subprocess.run(["umount", "-l", str(place)], capture_output=True, check=False)
-
-
 @pytest.mark.parametrize("kilobytes", [4, 8, 12, 16, 20, 24, 32, 64, 128, 256, 512, 1024, 2048])
 def test_a_disk_of_every_size(fly, disk, kilobytes):
     place = disk(kilobytes)

@@ -4,7 +4,6 @@ import json
 import os
 import random
 import resource
-import shutil
 import signal
 import subprocess
 import sys
@@ -141,22 +140,6 @@ def test_ctrl_c_leaves_a_checkpoint_at_the_last_point(tmp_path, fmu, loop, numbe
     assert left.info["status"] == "interrupted"
     assert left.time[-1] == runs.time()
     runs.finish()
-
-
-@pytest.fixture
-def disk(tmp_path):
-    """A disk of its own, of so many kilobytes; skipped where nothing can be mounted."""
-    place = tmp_path / "disk"
-    place.mkdir()
-
-    def call(kilobytes):
-        mount = ["mount", "-t", "tmpfs", "-o", f"size={kilobytes}k,mode=700", "none", str(place)]
-        if shutil.which("mount") is None or subprocess.run(mount, capture_output=True, check=False).returncode:
-            pytest.skip("nothing can be mounted here")
-        return place
-
-    yield call
-    subprocess.run(["umount", "-l", str(place)], capture_output=True, check=False)
 
 
 def test_a_disk_that_is_full_at_a_checkpoint(disk, fmu):
