@@ -46,6 +46,7 @@ class Unmoved:
         self._heard, self._stubs = heard, list[Any]()
         self.lacking: set[str] = set()
         loaded = _load(_library(description, folder), name.encode())
+        self._handle = loaded._handle  # pyright: ignore[reportPrivateUsage]
         self.dll: Any = _Lenient(loaded, f"{self.modelIdentifier}_", self._stand_in)
         self._loadFunctions()  # pyright: ignore[reportAttributeAccessIssue]
         missing = [function for function in map(self.in_library, self.needed) if function in self.lacking]
@@ -55,6 +56,10 @@ class Unmoved:
         self.component: Any = None
         self.callbacks: Any = None
         self.warned: Warned = {}
+
+    def close(self) -> None:
+        """Unload the library, of which nothing may be called any more."""
+        fmpy.freeLibrary(self._handle)
 
     def in_library(self, function: str) -> str:
         """Return the name that a function has in the library."""

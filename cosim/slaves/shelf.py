@@ -94,13 +94,17 @@ class Shelf:
             return self._folders[key]
 
     def lend(self, borrower: Any, folder: Path, fmu: Any) -> None:
-        """Note who has a copy of its own: when it is gone, its instance freed (`fmu.component`), the next has it."""
+        """Note who has a copy of its own: when it is gone, its instance freed (`fmu.component`), the next has it.
+
+        The library is unloaded then: what an instance left in its static variables would be the next one's start.
+        """
         with self._lock:
             key = next(key for key, place in self._folders.items() if place == folder)
-        weakref.finalize(borrower, self._take_back, key, fmu)
+        weakref.finalize(borrower, self._take_back, key, fmu).atexit = False
 
     def _take_back(self, key: tuple[Stamp, int], fmu: Any) -> None:
         if fmu.component is None:
+            fmu.close()
             with self._lock:
                 self._idle[key[0]].append(key[1])
 

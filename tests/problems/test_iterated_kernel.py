@@ -12,6 +12,8 @@ from cosim.masters.implicit import differences, sensitivity
 from cosim.masters.implicit.iterating import Iterating, Saved
 from cosim.masters.initialization.initialize import Initialization
 from cosim.masters.iterated import Iterated
+from cosim.masters.slots import Slots
+from cosim.masters.steps import Step
 from cosim.slaves.fmi2 import FmuSlave
 from cosim.system.expand import wire
 from cosim.time import Schedule
@@ -86,8 +88,9 @@ def test_the_jacobian_from_directional_derivatives_is_that_of_the_steps(fmus):
     course = master.course(timed, Schedule.of(0.0, h, h, 1), ["*"])
     point = Initialization.of(timed, course.layout).start(slaves, 0.0)
     (loop,) = course.plan.loops
-    flying = Iterating(course.plan, slaves, master.tolerance)
-    newest, stepped = point.values.copy(), False
+    slots, stepped = Slots(course.layout), False
+    slots.put(replace(point, newest=point.values.copy()))
+    steps = [Step(turn, slaves[turn.component.name], slots, fresh=True) for turn in course.plan.turns.all]
     with Saved(list(slaves.values())) as saved:
 
         def evaluate(x):
@@ -95,10 +98,10 @@ def test_the_jacobian_from_directional_derivatives_is_that_of_the_steps(fmus):
             if stepped:
                 saved.restore()
             stepped = True
-            newest[loop.slots] = x
+            slots.newest[loop.slots] = x
             for place in loop.turns:
-                flying._take(place, point, newest, 0.0, h)
-            return newest[loop.slots]
+                steps[place].take(0, 0.0, h)
+            return slots.newest[loop.slots]
 
         x = point.values[loop.slots]
         result = evaluate(x)

@@ -1,6 +1,5 @@
 """The kernel as a loaded library: compiled once, kept on disk, checked before it is trusted."""
 
-import _ctypes
 import ctypes
 import hashlib
 import logging
@@ -14,6 +13,8 @@ from functools import cache
 from pathlib import Path
 from platform import machine
 from typing import Any
+
+import fmpy
 
 from cosim.errors import NotSupported
 from cosim.masters.kernel.structures import sizes_and_offsets
@@ -161,17 +162,9 @@ def _load(path: Path) -> ctypes.CDLL | None:
     with suppress(AttributeError):  # another library
         if _layout(found) == list(sizes_and_offsets()):
             return _declared(found)
-    _close(found)
+    # while it is loaded, its path means it and not the file that is there now
+    fmpy.freeLibrary(found._handle)  # pyright: ignore[reportPrivateUsage]
     return None
-
-
-def _close(found: ctypes.CDLL) -> None:
-    """Let a library go: while it is loaded, its path means it and not the file that is there now."""
-    handle = found._handle  # pyright: ignore[reportPrivateUsage]
-    if sys.platform == "win32":
-        _ctypes.FreeLibrary(handle)
-    else:
-        _ctypes.dlclose(handle)
 
 
 def _layout(found: ctypes.CDLL) -> list[int]:
