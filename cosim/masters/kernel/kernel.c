@@ -144,6 +144,7 @@ static int step(Run *r, integer k, double t, double h)
     return 0;
 }
 
+#include "waves.h"
 #include "iterated.h"
 #include "signals.h"
 #include "fmi3.h"
@@ -167,6 +168,12 @@ static void write_row(Run *r, double t, double *row, integer stride)
     for (i = 0; i < columns; i++) *(row += stride) = point[slot[i]];
 }
 
+static integer least(integer a, integer b, integer c)
+{
+    const integer ab = a < b ? a : b;
+    return ab < c ? ab : c;
+}
+
 /* Take steps to communication point `until`, for about `seconds`. Rows go to `rows` (`capacity` of them, time
  * and columns `stride` apart) from row `*count` on, which counts complete rows at any time. Returns 0, or -1 for a run that cannot be; r->done and
  * r->failed_call say how it went. */
@@ -185,10 +192,14 @@ EXPORT int kernel_run(Run *r, integer until, double seconds, double *rows, integ
     while (r->done < until && *count < capacity && !*r->stop_asked) {
         if (r->stop_slot >= 0 && r->point[r->stop_slot] > FLAG) break;
         if (has_ended(r)) break;
-        next = point_time(r, r->done + 1);
-        if (r->stages ? iterated_step(r, r->done, t, next - t) : step(r, r->done, t, next - t)) break;
-        r->done++;
-        t = next;
+        if (r->waves) {
+            if (steps_in_waves(r, least(until, next_row, next_look), &t)) break;
+        } else {
+            next = point_time(r, r->done + 1);
+            if (r->stages ? iterated_step(r, r->done, t, next - t) : step(r, r->done, t, next - t)) break;
+            r->done++;
+            t = next;
+        }
         if (r->done == next_row) {
             next_row = next_recorded(r, r->done);
             write_row(r, t, rows + *count, stride);

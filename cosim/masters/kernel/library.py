@@ -34,6 +34,7 @@ SOURCES = tuple(
         "calls.h",
         "inputs.h",
         "pass.h",
+        "waves.h",
         "pending.h",
         "ends.h",
         "iterated.h",

@@ -2,7 +2,6 @@
 
 import ctypes
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 from cosim.arrays import BoolArray, FloatArray, IntArray
 from cosim.masters.faults import Passage
 from cosim.masters.implicit.plan import Loop, Plan
+from cosim.masters.kernel.kept import Kept
 from cosim.masters.kernel.structures import (
     CALLS,
     FUNCTIONS,
@@ -21,7 +21,9 @@ from cosim.masters.kernel.structures import (
     PassStructure,
     ReadingStructure,
     RunStructure,
+    WaveStructure,
 )
+from cosim.masters.kernel.waves import together, wave_structure
 from cosim.masters.layout import Group, Inputs, Reading
 from cosim.masters.slopes import Differences
 from cosim.masters.turns import (
@@ -48,7 +50,7 @@ class Packed:
     """
 
     def __init__(self, turns: Turns, instances: Sequence[CInterface], plan: Plan | None = None) -> None:
-        self._kept: list[Any] = []
+        self._kept = Kept()
         self.warned = np.zeros((len(turns.all), len(CALLS) + 1, len(Kind), 2), np.int64)
         self._given = [np.zeros(len(turn.component.inputs.links)) for turn in turns.all]
         layout, schedule, columns = turns.layout, turns.schedule, turns.layout.columns
@@ -64,31 +66,36 @@ class Packed:
         passes += [self._again(reading, components[reading.component]) for reading in readings]
         for place in set_already(turns, again, places):
             passes[place].kept = not passes[place].slopes
+        even = self._all_step and not schedule.dividing and plan is None
+        straight = even and all(each.straight and not each.slopes for each in passes)
+        waves = [wave_structure(wave, self._kept) for wave in together(passes)] if straight else []
         inputs = layout.inputs
         self.run = RunStructure(
             **{name: getattr(schedule, name) for name in ("start", "stop", "step", "denominator", "every", "steps")},
             divisions=len(schedule.dividing),
             events=len(schedule.events),
-            divided_at=self._array(schedule.divided_at, np.int64),
-            dividing=self._array(schedule.dividing, np.int64),
-            event_point=self._array(schedule.event_points, np.int64),
+            divided_at=self._kept.array(schedule.divided_at, np.int64),
+            dividing=self._kept.array(schedule.dividing, np.int64),
+            event_point=self._kept.array(schedule.event_points, np.int64),
             components=len(turns.all),
-            component=self._list(ComponentStructure, components),
+            component=self._kept.structures(ComponentStructure, components),
             passes=len(passes),
-            first_pass=self._list(PassStructure, passes),
+            first_pass=self._kept.structures(PassStructure, passes),
             refreshes=len(readings),
-            refresh=self._list(ReadingStructure, readings),
+            refresh=self._kept.structures(ReadingStructure, readings),
             size=layout.size,
             owned=layout.held,
             **{name: getattr(self, name).ctypes.data for name in ("point", "newest", "next")},
             all_step=self._all_step,
+            waves=len(waves),
+            wave=self._kept.structures(WaveStructure, waves),
             inputs=len(inputs.links),
-            input_slot=self._array(inputs.slots, np.int64),
-            input_source=self._array(inputs.source, np.int64),
-            input_factor=self._array(inputs.factor, np.float64),
-            input_addend=self._array(inputs.addend, np.float64),
+            input_slot=self._kept.array(inputs.slots, np.int64),
+            input_source=self._kept.array(inputs.source, np.int64),
+            input_factor=self._kept.array(inputs.factor, np.float64),
+            input_addend=self._kept.array(inputs.addend, np.float64),
             columns=len(columns.names),
-            column_slot=self._array(columns.slots, np.int64),
+            column_slot=self._kept.array(columns.slots, np.int64),
             stop_slot=layout.stop_slot,
         )
         self.memory, self.memory_next = (np.zeros(plan.memory if plan else 0) for _ in range(2))
@@ -99,22 +106,24 @@ class Packed:
         """Put the stages of the iterated master into the run."""
         run, loops = self.run, plan.loops
         stages = [-1 - loops.index(stage) if isinstance(stage, Loop) else stage for stage in plan.stages]
-        run.stages, run.stage = len(stages), self._array(stages, np.int64)
-        run.loop = self._list(LoopStructure, [self._loop(loop) for loop in loops])
+        run.stages, run.stage = len(stages), self._kept.array(stages, np.int64)
+        run.loop = self._kept.structures(LoopStructure, [self._loop(loop) for loop in loops])
         run.memory_size = len(self.memory)
 
     def _loop(self, loop: Loop) -> LoopStructure:
         n = loop.size
-        work = {name: self._array(np.zeros(n), np.float64) for name in ("x", "residual", "change")}
-        numbers = {name: self._array(getattr(loop, name), np.int64) for name in ("slots", "value", "slope", "partner")}
+        work = {name: self._kept.array(np.zeros(n), np.float64) for name in ("x", "residual", "change")}
+        numbers = {
+            name: self._kept.array(getattr(loop, name), np.int64) for name in ("slots", "value", "slope", "partner")
+        }
         return LoopStructure(
             first=loop.turns[0],
             members=len(loop.turns),
             unknowns=n,
             values=len(loop.partner),
             memory=loop.memory.start,
-            nominal=self._array(loop.nominal, np.float64),
-            matrix=self._array(np.zeros(n * n), np.float64),
+            nominal=self._kept.array(loop.nominal, np.float64),
+            matrix=self._kept.array(np.zeros(n * n), np.float64),
             **numbers,
             **work,
         )
@@ -123,28 +132,16 @@ class Packed:
         """Return what an input, by its place, was to be set to last."""
         return float(self._given[turn][place])
 
-    def _array(self, values: Any, kind: Any) -> int:
-        """Return the address of a copy of some values."""
-        array = np.array(values, dtype=kind)
-        self._kept.append(array)
-        return array.ctypes.data
-
     def _wires(self, inputs: Inputs, values: FloatArray, newest: BoolArray, slots: IntArray) -> int:
         """Return the address of the wires of some inputs: from slots of `values`, of the newest ones where told so."""
         wires = np.empty((len(inputs.links), 3))  # as WireStructure has it
         begin = np.where(newest, self.newest.ctypes.data, values.ctypes.data)
         wires.view(np.int64)[:, 0] = begin + values.itemsize * slots
         wires[:, 1], wires[:, 2] = inputs.factor, inputs.addend
-        return self._array(wires, np.float64)
-
-    def _list(self, kind: type[ctypes.Structure], structures: Sequence[ctypes.Structure]) -> int:
-        """Return the address of structures side by side."""
-        array = (kind * max(1, len(structures)))(*structures)
-        self._kept.append(array)
-        return ctypes.addressof(array)
+        return self._kept.array(wires, np.float64)
 
     def _groups(self, groups: Sequence[Group]) -> int:
-        return self._list(GroupStructure, [self._group(group) for group in groups])
+        return self._kept.structures(GroupStructure, [self._group(group) for group in groups])
 
     def _group(self, group: Group) -> GroupStructure:
         n = len(group.references)
@@ -152,14 +149,14 @@ class Packed:
         return GroupStructure(
             kind=group.kind,
             count=n,
-            references=self._array(group.references, np.uint32),
-            slots=self._array(group.slots, np.int64),
+            references=self._kept.array(group.references, np.uint32),
+            slots=self._kept.array(group.slots, np.int64),
             first=int(group.slots[0]) if consecutive else -1,
             finite=len(group.finite),
-            finite_slot=self._array(group.finite, np.int64),
-            value=self._array(np.zeros(n), np.float64),
-            number=self._array(np.zeros(n), np.int32) if group.kind in (Kind.INTEGER, Kind.BOOLEAN) else 0,
-            text=self._array(np.zeros(n), np.uintp) if group.kind == Kind.STRING else 0,
+            finite_slot=self._kept.array(group.finite, np.int64),
+            value=self._kept.array(np.zeros(n), np.float64),
+            number=self._kept.array(np.zeros(n), np.int32) if group.kind in (Kind.INTEGER, Kind.BOOLEAN) else 0,
+            text=self._kept.array(np.zeros(n), np.uintp) if group.kind == Kind.STRING else 0,
         )
 
     def _turn(self, place: int, c: ComponentStructure) -> PassStructure:
@@ -191,7 +188,7 @@ class Packed:
             found.output = self.newest.ctypes.data + self.newest.itemsize * group.first
             slots = np.array((ctypes.c_longlong * group.finite).from_address(group.finite_slot))
             found.finite = group.finite
-            found.finite_value = self._array(self.newest.ctypes.data + self.newest.itemsize * slots, np.uintp)
+            found.finite_value = self._kept.array(self.newest.ctypes.data + self.newest.itemsize * slots, np.uintp)
         return found
 
     def _reading(self, reading: Reading, place: int, turn: Turn) -> ReadingStructure:
@@ -206,15 +203,15 @@ class Packed:
 
     def _passage(self, passage: Passage) -> PassageStructure:
         numbers = {name: getattr(passage, name) for name in ("first", "source", "factor", "addend", "key")}
-        slopes = self._array(passage.slopes, np.int64)
+        slopes = self._kept.array(passage.slopes, np.int64)
         return PassageStructure(**numbers, slopes=len(passage.slopes), slope=slopes)
 
     def _allowed(self, inputs: Inputs) -> int:
         found = [
-            AllowedStructure(position=i, count=len(values), values=self._array(values, np.int64))
+            AllowedStructure(position=i, count=len(values), values=self._kept.array(values, np.int64))
             for i, values in inputs.allowed.items()
         ]
-        return self._list(AllowedStructure, found)
+        return self._kept.structures(AllowedStructure, found)
 
     def _component(
         self, turn: Turn, instance: CInterface, given: FloatArray, warned: NDArray[np.int64]
@@ -225,7 +222,7 @@ class Packed:
         signal, late = np.isin(timing, (SIGNAL, SIGNAL_MEAN)), np.isin(timing, (AFTER_STEP, STEP_MEAN))
         mixed = np.flatnonzero(np.isin(timing, (MIDPOINT, MEAN, EXTRAPOLATED_MEAN)) if in_step else ~signal)
         return ComponentStructure(
-            name=self._array(bytearray(turn.component.name.encode() + b"\0"), np.uint8),
+            name=self._kept.array(bytearray(turn.component.name.encode() + b"\0"), np.uint8),
             warned=warned.ctypes.data,
             instance=instance.component,
             **{field: instance.functions.get(function, 0) for field, function in FUNCTIONS.items()},
@@ -235,46 +232,46 @@ class Packed:
             inputs=n,
             input_groups=len(inputs.groups),
             only_real=[group.kind for group in inputs.groups] == [Kind.REAL] and not inputs.allowed,
-            input_references=self._array(inputs.references, np.uint32),
+            input_references=self._kept.array(inputs.references, np.uint32),
             wire=self._wires(inputs, self.point, signal | late, np.where(signal, inputs.signal, inputs.source)),
             mixed=len(mixed),
-            mixed_position=self._array(mixed, np.int64),
+            mixed_position=self._kept.array(mixed, np.int64),
             input_group=self._groups(inputs.groups),
-            source=self._array(inputs.source, np.int64),
-            slope_slot=self._array(inputs.slope, np.int64),
-            timing=self._array(timing, np.int64),
-            ahead=self._array(turn.ahead, np.int64),
-            source_component=self._array(turn.source_turn, np.int64),
+            source=self._kept.array(inputs.source, np.int64),
+            slope_slot=self._kept.array(inputs.slope, np.int64),
+            timing=self._kept.array(timing, np.int64),
+            ahead=self._kept.array(turn.ahead, np.int64),
+            source_component=self._kept.array(turn.source_turn, np.int64),
             begun=self.begun[0, turn.begun].ctypes.data,
             begun_slope=self.begun[1, turn.begun].ctypes.data,
             value=given.ctypes.data,
             restricted=len(inputs.allowed),
             allowed=self._allowed(inputs),
             input_derivatives=len(derivatives.references),
-            derivative_references=self._array(derivatives.references, np.uint32),
-            derivative_orders=self._array(derivatives.orders, np.int32),
-            position=self._array(derivatives.position, np.int64),
-            form=self._array(derivatives.form, np.int64),
-            slot=self._array(derivatives.slot, np.int64),
-            slope=self._array(np.zeros(len(derivatives.references)), np.float64),
+            derivative_references=self._kept.array(derivatives.references, np.uint32),
+            derivative_orders=self._kept.array(derivatives.orders, np.int32),
+            position=self._kept.array(derivatives.position, np.int64),
+            form=self._kept.array(derivatives.form, np.int64),
+            slot=self._kept.array(derivatives.slot, np.int64),
+            slope=self._kept.array(np.zeros(len(derivatives.references)), np.float64),
             halfway=turn.halfway,
             moving=len(turn.moving),
-            moving_references=self._array(turn.moving_references, np.uint32),
-            moving_orders=self._array(np.ones(len(turn.moving)), np.int32),
-            moving_position=self._array(turn.moving, np.int64),
-            moving_slope=self._array(np.zeros(len(turn.moving)), np.float64),
+            moving_references=self._kept.array(turn.moving_references, np.uint32),
+            moving_orders=self._kept.array(np.ones(len(turn.moving)), np.int32),
+            moving_position=self._kept.array(turn.moving, np.int64),
+            moving_slope=self._kept.array(np.zeros(len(turn.moving)), np.float64),
             outputs=len(outputs.names),
             offset=outputs.offset,
             owned=outputs.slots.stop - outputs.slots.start,
             output_groups=len(outputs.groups),
             output_derivatives=len(outputs.derivative_references),
             output_group=self._groups(outputs.groups),
-            output_derivative_references=self._array(outputs.derivative_references, np.uint32),
-            output_derivative_orders=self._array(outputs.derivative_orders, np.int32),
-            held=self._array(inputs.held, np.int64) if inputs.faulty.size else 0,
+            output_derivative_references=self._kept.array(outputs.derivative_references, np.uint32),
+            output_derivative_orders=self._kept.array(outputs.derivative_orders, np.int32),
+            held=self._kept.array(inputs.held, np.int64) if inputs.faulty.size else 0,
             passages=len(outputs.passages),
             freeze=outputs.freeze,
-            passage=self._list(PassageStructure, [self._passage(passage) for passage in outputs.passages]),
+            passage=self._kept.structures(PassageStructure, [self._passage(passage) for passage in outputs.passages]),
             **self._differences(outputs.differences),
         )
 
@@ -282,7 +279,7 @@ class Packed:
         if differences is None:
             return {}
         slots = {"value": differences.value, "slope": differences.slope, "before": differences.before}
-        arrays = {f"difference_{name}": self._array(array, np.int64) for name, array in slots.items()}
+        arrays = {f"difference_{name}": self._kept.array(array, np.int64) for name, array in slots.items()}
         return {"differences": len(differences.value), "step_slot": differences.step, **arrays}
 
 

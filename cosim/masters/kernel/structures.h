@@ -162,6 +162,31 @@ typedef struct {
     integer kept;   /* whether the inputs of a turn are what the reading at the end of the step before has set */
 } Pass;
 
+/* A call of a wave, see waves.h. */
+typedef struct {
+    integer place, calling; /* the place of its pass; its number */
+    void *instance;
+    union {
+        SetReal set;
+        DoStep step;
+        GetReal get;
+    } function;
+    const unsigned *references;
+    double *value;
+    integer count;
+} Call;
+
+/* Passes that take nothing from one another. */
+typedef struct {
+    integer first, wires, sets, steps, gets, slots; /* first: pass; slots: among which are all that they read */
+    const Wire *wire;
+    const double *const *bare; /* what the inputs are, where no wire has factor or addend; else NULL */
+    double *input;
+    const Call *set, *step, *get;
+    const double *value;   /* the slots */
+    const integer *finite; /* for each slot EXPONENT where it must be finite, else 0 */
+} Wave;
+
 /* Components that are repeated until their unknowns agree, see implicit/plan.py. */
 typedef struct {
     integer first, members, unknowns, values, memory;
@@ -190,6 +215,8 @@ typedef struct {
     integer passes;
     const Pass *first_pass; /* the components' turns, then the readings */
     integer all_step;              /* whether every component steps in every communication step */
+    integer waves;                 /* 0: there is a pass that is not straight or has slopes, or a step that is divided */
+    const Wave *wave;
     /* the own slots of all connected inputs, see layout.Inputs */
     integer inputs;
     const integer *input_slot, *input_source;
@@ -293,13 +320,18 @@ static const integer layout[] = {
     (integer)sizeof(Reading), F(Reading, component), F(Reading, groups), F(Reading, slopes), F(Reading, group),
     F(Reading, wire),
     (integer)sizeof(Pass), F(Pass, straight), F(Pass, component), F(Pass, instance), F(Pass, set), F(Pass, step), F(Pass, get), F(Pass, inputs), F(Pass, outputs), F(Pass, finite), F(Pass, input_references), F(Pass, output_references), F(Pass, wire), F(Pass, input), F(Pass, output), F(Pass, finite_value), F(Pass, slopes), F(Pass, kept),
+    (integer)sizeof(Call), F(Call, place), F(Call, calling), F(Call, instance), F(Call, function), F(Call, references),
+    F(Call, value), F(Call, count),
+    (integer)sizeof(Wave), F(Wave, first), F(Wave, wires), F(Wave, sets), F(Wave, steps), F(Wave, gets),
+    F(Wave, slots), F(Wave, wire), F(Wave, bare), F(Wave, input), F(Wave, set), F(Wave, step), F(Wave, get), F(Wave, value),
+    F(Wave, finite),
     (integer)sizeof(Loop), F(Loop, first), F(Loop, members), F(Loop, unknowns), F(Loop, values), F(Loop, memory),
     F(Loop, slots), F(Loop, value), F(Loop, slope), F(Loop, partner), F(Loop, nominal), F(Loop, x), F(Loop, residual),
     F(Loop, change), F(Loop, matrix),
     (integer)sizeof(Run), F(Run, start), F(Run, stop), F(Run, step), F(Run, denominator), F(Run, every),
     F(Run, steps), F(Run, divisions), F(Run, events), F(Run, divided_at), F(Run, dividing), F(Run, event_point),
     F(Run, components), F(Run, component), F(Run, refreshes), F(Run, refresh), F(Run, size), F(Run, owned),
-    F(Run, point), F(Run, newest), F(Run, next), F(Run, passes), F(Run, first_pass), F(Run, all_step), F(Run, inputs), F(Run, input_slot),
+    F(Run, point), F(Run, newest), F(Run, next), F(Run, passes), F(Run, first_pass), F(Run, all_step), F(Run, waves), F(Run, wave), F(Run, inputs), F(Run, input_slot),
     F(Run, input_source), F(Run, input_factor), F(Run, input_addend), F(Run, columns), F(Run, column_slot),
     F(Run, stop_slot), F(Run, stop_asked), F(Run, texts), F(Run, pending_timeout), F(Run, stages), F(Run, stage), F(Run, loop), F(Run, tolerance),
     F(Run, memory_size), F(Run, memory), F(Run, memory_next), F(Run, evaluations), F(Run, stuck), F(Run, done),

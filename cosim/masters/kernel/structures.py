@@ -19,7 +19,7 @@ CALLS = {
 }
 """What failed by its number in structures.h, where a call of the FMU did."""
 
-STEP = 3
+SET, STEP, GET = 1, 3, 4
 NOT_FINITE, REFUSED, MEMORY = 8, 9, 10
 
 FUNCTIONS = {
@@ -128,6 +128,20 @@ class PassStructure(ctypes.Structure):
     ]
 
 
+class CallStructure(ctypes.Structure):
+    """A call of a wave."""
+
+    _fields_ = [*_integers("place", "calling"), *_pointers("instance", "function", "references", "value")]
+    _fields_ += _integers("count")
+
+
+class WaveStructure(ctypes.Structure):
+    """Passes that take nothing from one another."""
+
+    _fields_ = _integers("first", "wires", "sets", "steps", "gets", "slots")
+    _fields_ += _pointers("wire", "bare", "input", "set", "step", "get", "value", "finite")
+
+
 class LoopStructure(ctypes.Structure):
     """Components that are repeated until their unknowns agree."""
 
@@ -149,7 +163,9 @@ class RunStructure(ctypes.Structure):
         *_pointers("point", "newest", "next"),
         *_integers("passes"),
         *_pointers("first_pass"),
-        *_integers("all_step", "inputs"),
+        *_integers("all_step", "waves"),
+        *_pointers("wave"),
+        *_integers("inputs"),
         *_pointers("input_slot", "input_source", "input_factor", "input_addend"),
         *_integers("columns"),
         *_pointers("column_slot"),
@@ -176,6 +192,8 @@ STRUCTURES = (
     PassageStructure,
     ReadingStructure,
     PassStructure,
+    CallStructure,
+    WaveStructure,
     LoopStructure,
     RunStructure,
     Breadcrumb,
