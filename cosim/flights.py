@@ -367,11 +367,11 @@ class Prepared:
         table = flight.recorder.table()
         if folder is not None:
             try:
-                formats.convert(folder, format)
+                table = formats.convert(folder, format)
             except (ResultUnwritable, ResultUnreadable) as error:  # the stream stays, and is as good
                 failure = failure or error
-            with suppress(ResultUnreadable) if failure is not None else nullcontext():  # where no row was written
-                table = Result.read(folder).table
+                with suppress(ResultUnreadable):  # where no row was written
+                    table = Result.read(folder).table
         result = Result(table, flight.info, folder, self._metrics)
         reached = float(result.time[-1]) if len(result) else None
         event = None if flight.interrupted else runinfo.event(self._descriptions, plan.info["stop_when"], reached)

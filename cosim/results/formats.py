@@ -4,6 +4,7 @@ import csv
 import os
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -21,17 +22,18 @@ SMALL = 256
 Types = Mapping[str, pa.DataType]
 
 
-def convert(folder: Path, kind: str) -> Path:
+def convert(folder: Path, kind: str) -> pa.Table:
     """Turn folder/result.arrows into result.`kind`, batch by batch (mat: at once), and remove the stream.
 
-    Raises `ResultUnwritable` where there is no room for it, or what was written is not read back: the stream stays.
+    Returns its rows, which need not be read back then. Raises `ResultUnwritable` where there is no room for it, or what
+    was written is not read back: the stream stays.
     """
     stream = folder / STREAM
     target = folder / f"result.{kind}"
     part = folder / f".{target.name}"
     try:
-        rows = _WRITERS[kind](stream, part)
-        _check_written(part, kind, _schema(stream), rows)
+        table = _WRITERS[kind](stream, part)
+        _check_written(part, kind, table)
         part.replace(target)
     except OSError as error:
         raise ResultUnwritable(target, error.strerror or str(error)) from error
@@ -40,11 +42,12 @@ def convert(folder: Path, kind: str) -> Path:
     finally:
         part.unlink(missing_ok=True)
     stream.unlink()
-    return target
+    return table
 
 
-def _check_written(part: Path, kind: str, columns: pa.Schema, rows: int) -> None:
+def _check_written(part: Path, kind: str, written: pa.Table) -> None:
     """Raise ValueError unless names and rows are read back."""
+    columns, rows = written.schema, written.num_rows
     if kind == "parquet":
         with pq.ParquetFile(part) as file:
             names, found = file.schema_arrow.names, file.metadata.num_rows
@@ -133,36 +136,32 @@ def _chunks(stream: Path) -> Iterator[pa.Table]:
     yield pa.Table.from_batches([*joined, *small], schema=columns)
 
 
-def _write_parquet(stream: Path, target: Path) -> int:
-    chunks = _chunks(stream)
-    first = next(chunks)
-    with pq.ParquetWriter(target, first.schema, compression="zstd", use_dictionary=False) as writer:
-        writer.write_table(first)
-        rows = first.num_rows
-        for chunk in chunks:
-            writer.write_table(chunk)
-            rows += chunk.num_rows
-    return rows
+def _write_parquet(stream: Path, target: Path) -> pa.Table:
+    # the bytes of numbers that differ little are alike place by place: split, they take a quarter less room and time
+    reals = [field.name for field in _schema(stream) if pa.types.is_float64(field.type)]
+    how: Any = {"compression": "zstd", "use_dictionary": False, "use_byte_stream_split": reals}
+    return _write_chunks(stream, lambda schema: pq.ParquetWriter(target, schema, **how))
 
 
-def _write_csv(stream: Path, target: Path) -> int:
+def _write_csv(stream: Path, target: Path) -> pa.Table:
     import pyarrow.csv as pa_csv
 
-    chunks = _chunks(stream)
-    first = next(chunks)
-    with pa_csv.CSVWriter(target, first.schema) as writer:
-        writer.write_table(first)
-        rows = first.num_rows
-        for chunk in chunks:
-            writer.write_table(chunk)
-            rows += chunk.num_rows
-    return rows
+    return _write_chunks(stream, lambda schema: pa_csv.CSVWriter(target, schema))
 
 
-def _write_mat(stream: Path, target: Path) -> int:
+def _write_chunks(stream: Path, writer: Callable[[pa.Schema], Any]) -> pa.Table:
+    written: list[pa.Table] = []
+    with writer(_schema(stream)) as file:
+        for chunk in _chunks(stream):
+            file.write_table(chunk)
+            written.append(chunk)
+    return pa.concat_tables(written)
+
+
+def _write_mat(stream: Path, target: Path) -> pa.Table:
     table = _read_stream(stream)
     matlab.write(table, target)
-    return table.num_rows
+    return table
 
 
 def _read_mat(path: Path, _types: Types) -> pa.Table:
@@ -191,7 +190,7 @@ def units(table: pa.Table) -> dict[str, str | None]:
     return {f.name: unit_of(f) for f in table.schema}
 
 
-_WRITERS: dict[str, Callable[[Path, Path], int]] = {
+_WRITERS: dict[str, Callable[[Path, Path], pa.Table]] = {
     "parquet": _write_parquet,
     "csv": _write_csv,
     "mat": _write_mat,

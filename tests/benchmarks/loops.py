@@ -22,11 +22,12 @@ from cosim.cli.instances import read_descriptions
 from cosim.cli.library import Library
 from cosim.system.expand import wire
 
-REFERENCE, OURS, REFRESHED = "C loop", "ours, kernel", "ours, refreshed"
+REFERENCE, OURS, REFRESHED, IN_LOOP = "C loop", "ours, kernel", "ours, refreshed", "ours, in its loop"
 CONTESTANTS = {  # runner, what it is told, and how many times fewer steps it takes
     REFERENCE: ("c_loop.py", (), 1),
     OURS: ("ours_loop.py", ("kernel", "plain"), 1),
     REFRESHED: ("ours_loop.py", ("kernel", "jacobi"), 1),
+    IN_LOOP: ("ours_loop.py", ("kernel", "plain", "loop"), 1),
     "ours, Python": ("ours_loop.py", ("python", "plain"), 20),
     "ecos": ("ecos_loop.py", (), 5),
     "libcosim": ("libcosim_loop.py", (), 50),
@@ -34,12 +35,12 @@ CONTESTANTS = {  # runner, what it is told, and how many times fewer steps it ta
     "fmpy, ctypes": ("fmpy_loop.py", (), 20),
     "cofmupy": ("cofmupy_loop.py", (), 500),
 }
-OWN = {REFERENCE, OURS, REFRESHED, "ours, Python", "fmpy, ctypes"}  # run on this project and its dependencies
+OWN = {REFERENCE, OURS, REFRESHED, IN_LOOP, "ours, Python", "fmpy, ctypes"}  # run on this project and its dependencies
 LEAST = 400
 """Steps of the shortest flight; ours has a tenth of them taken off."""
 BUDGETS = (  # loop, contestant, by which other, at most or at least how many times
     ("2 FMUs", OURS, REFERENCE, "<=", 1.2),
-    ("2 FMUs +", OURS, REFERENCE, "<=", 3.0),
+    ("2 FMUs +", IN_LOOP, REFERENCE, "<=", 3.0),
     ("40 FMUs", OURS, REFERENCE, "<=", 1.3),
     ("200 FMUs", OURS, REFERENCE, "<=", 1.3),
     ("400 FMUs", OURS, REFERENCE, "<=", 1.3),

@@ -157,6 +157,13 @@ static void show_inputs(Run *r)
         r->point[r->input_slot[i]] = r->input_factor[i] * r->point[r->input_source[i]] + r->input_addend[i];
 }
 
+/* The next point that is recorded after one that is, with no division where the grid of rows is even. */
+static integer following_row(const Run *r)
+{
+    if (r->divisions || r->events) return next_recorded(r, r->done);
+    return r->every < r->steps - r->done ? r->done + r->every : r->steps;
+}
+
 /* Write the row of point k, at t, the values of which are `stride` apart. */
 static void write_row(Run *r, double t, double *row, integer stride)
 {
@@ -201,7 +208,7 @@ EXPORT int kernel_run(Run *r, integer until, double seconds, double *rows, integ
             t = next;
         }
         if (r->done == next_row) {
-            next_row = next_recorded(r, r->done);
+            next_row = following_row(r);
             write_row(r, t, rows + *count, stride);
             r->last_row = r->done;
             ++*count;

@@ -125,7 +125,7 @@ static int steps_in_waves(Run *r, integer end, double *t)
         return 0;
     }
     if (end == r->steps) end--;
-    while (r->done < end) {
+    while (r->done < end && !*r->stop_asked) {
         const double next = (double)(at += size) / denominator;
         int outcome = FINE;
         const Wave *w;

@@ -10,6 +10,7 @@ from numpy.testing import assert_array_equal
 from scipy.io import loadmat
 
 from cosim import flights
+from cosim.results.formats import read
 from cosim.results.recorder import Recorder
 from cosim.results.result import Result
 
@@ -91,7 +92,7 @@ def test_mat_has_numbers_and_texts(system, tmp_path):
 
 def test_a_stream_that_a_kill_left_has_the_types(system, straight, tmp_path, monkeypatch):
     """Rows go to the stream in several batches; the file is then cut in the last one."""
-    monkeypatch.setattr("cosim.results.formats.convert", lambda folder, kind: None)
+    monkeypatch.setattr("cosim.results.formats.convert", lambda folder, kind: read(folder, {}))
     monkeypatch.setattr("cosim.results.recorder.BLOCK_ROWS", 5)
     flights.simulate(system, both.experiment(stop=2.0), out=tmp_path / "out")
     stream = tmp_path / "out" / "result.arrows"
