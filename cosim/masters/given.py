@@ -9,21 +9,21 @@ from cosim.masters import curves
 from cosim.masters.curves import Ends
 from cosim.masters.slots import NEWEST, POINT, Slots, conversion
 from cosim.masters.turns import BETWEEN, CURVE, EXTRAPOLATED_MEAN, LINE, MEAN, MIDPOINT, SIGNAL_SLOT, SLOT, Turn
+from cosim.slaves.ready import Span
 
 EndsOf = Callable[[int], Ends]
 """Communication step -> values and slopes of the inputs' sources at both ends of the component's period around it."""
 
 
 class Given:
-    """The inputs of one turn over a step: `values`, an array that is given, and derivatives in `slopes`.
+    """The inputs of one turn over the step of a span: `values`, an array that is given, and derivatives in `slopes`.
 
-    The step is from `t` to `t + h`, s, in communication step `k`. `ends` where sources step at other rates, None where
-    all step together. Where each input then is the value of one slot, all are one gather.
+    `ends` where sources step at other rates, None where all step together. Where each input then is the value of one
+    slot, all are one gather.
     """
 
-    def __init__(self, turn: Turn, slots: Slots, values: FloatArray, ends: EndsOf | None = None) -> None:
-        self.k, self.t, self.h = 0, 0.0, 0.0
-        self._turn, self._slots, self._values = turn, slots, values
+    def __init__(self, turn: Turn, slots: Slots, span: Span, values: FloatArray, ends: EndsOf | None = None) -> None:
+        self._turn, self._slots, self._span, self._values = turn, slots, span, values
         self._inputs, self._derivatives = turn.component.inputs, turn.derivatives
         self._ends = seen(turn, slots, ends or ends_of(turn, slots))
         self._factor = self._inputs.factor[self._derivatives.position]
@@ -34,15 +34,15 @@ class Given:
 
     def find_slopes(self) -> None:
         """Find the derivatives of inputs at the start of the step."""
-        slopes, derivatives, slots = self.slopes, self._derivatives, self._slots
+        slopes, derivatives, slots, h = self.slopes, self._derivatives, self._slots, self._span.h
         lines, curved, told, fed = (derivatives.places[form] for form in (LINE, CURVE, SLOT, SIGNAL_SLOT))
         if lines.size or curved.size:
-            ends = self._ends(self.k)
+            ends = self._ends(self._span.k)
             at = derivatives.position[lines]
-            slopes[lines] = (ends.b[at] - ends.a[at]) / self.h
+            slopes[lines] = (ends.b[at] - ends.a[at]) / h
             at = derivatives.position[derivatives.curves[0]]
-            bent = Ends(*(part[at] for part in ends)).known(self.h)
-            orders = bent.da, curves.second(bent, self.h), curves.third(bent, self.h)
+            bent = Ends(*(part[at] for part in ends)).known(h)
+            orders = bent.da, curves.second(bent, h), curves.third(bent, h)
             for places, values in zip(derivatives.curves, orders, strict=True):
                 slopes[places] = values
         if told.size:
@@ -52,7 +52,8 @@ class Given:
         slopes *= self._factor
 
     def _find(self) -> None:
-        self._values[:] = self._inputs.factor * self._blend(self._ends(self.k), self.h) + self._inputs.addend
+        blend = self._blend(self._ends(self._span.k), self._span.h)
+        self._values[:] = self._inputs.factor * blend + self._inputs.addend
 
     def _single(self) -> IntArray:
         """Return the place that each input has its value from."""

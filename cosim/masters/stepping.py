@@ -14,10 +14,11 @@ from cosim.masters.master import Outcome
 from cosim.masters.point import Point
 from cosim.masters.refreshing import Refreshing
 from cosim.masters.slots import Slots
-from cosim.masters.steps import Step
+from cosim.masters.steps import Step, make
 from cosim.masters.turns import BETWEEN, STEP_MEAN, Turn, Turns
 from cosim.masters.watch import Clock, Watch
 from cosim.slaves import breadcrumb
+from cosim.slaves.ready import Span
 from cosim.slaves.slave import Slave
 
 
@@ -34,10 +35,12 @@ class Stepping:
         self.turns, self.layout, self.schedule, self.watch = turns, turns.layout, turns.schedule, watch
         self._named, self._slots = slaves, Slots(turns.layout)
         self._together = all(turn.period == 1 for turn in turns.all)
+        self._span = span = Span()
         self._steps = [
-            Step(turn, slaves[turn.component.name], self._slots, None if self._together else self._ends_of(turn))
+            Step(turn, slaves[turn.component.name], self._slots, span, None if self._together else self._ends_of(turn))
             for turn in turns.all
         ]
+        self._calls = [call for step in self._steps for call in step.calls]
         self._again = Refreshing(turns, slaves, self._slots)
         self._failure: BaseException | None = None
 
@@ -80,10 +83,10 @@ class Stepping:
                 return
 
     def _take_all(self, k: int, t: float, h: float) -> None:
-        """Take the steps of components that all step from each point to the next."""
-        for step in self._steps:
-            step.take(k, t, h)
-        self._slots.coming[:] = self._slots.newest
+        """Take the steps of components that all step from each point to the next: one list of calls."""
+        self._span.begin(k, t, h)
+        make(self._calls, self._span)
+        self._slots.come()
 
     def _take_due(self, k: int, _t: float, _h: float) -> None:
         """Take the steps that are due in communication step k, each over its own period."""

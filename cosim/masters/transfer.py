@@ -11,7 +11,7 @@ from cosim.masters.calls import read, refuse_values, write
 from cosim.masters.layout import Group, Inputs, Outputs
 from cosim.masters.slots import Slots, place
 from cosim.masters.types import Kind
-from cosim.slaves.ready import Ready, ready_calls
+from cosim.slaves.ready import Ready, Span, ready_calls
 from cosim.slaves.slave import References, Slave
 
 
@@ -71,7 +71,9 @@ def slope_reader(slave: Slave, outputs: Outputs, slots: Slots) -> Ready:
     return read_slopes
 
 
-def stepper(slave: Slave) -> Callable[[float, float], None]:
-    """Return what steps an instance from t to t + h, s."""
+def stepper(slave: Slave, span: Span) -> Ready:
+    """Return what lets an instance take the step of a span."""
     calls = ready_calls(slave)
-    return slave.do_step if calls is None else calls.do_step()
+    if calls is not None:
+        return calls.do_step(span)
+    return lambda: slave.do_step(span.start.value, span.size.value)
