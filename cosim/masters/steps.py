@@ -9,6 +9,7 @@ from cosim.arrays import FloatArray
 from cosim.errors import CallFailed, StepFailed
 from cosim.masters.given import EndsOf, Given
 from cosim.masters.layout import Group
+from cosim.masters.motion import Motion
 from cosim.masters.slopes import Differences
 from cosim.masters.slots import NEWEST, Slots, conversion, finiteness
 from cosim.masters.transfer import readers, slope_reader, slope_writer, stepper, writers
@@ -30,11 +31,12 @@ class Step:
         self.turn, self._slave, self._slots, self._span = turn, slave, slots, span
         inputs, outputs, told = turn.component.inputs, turn.component.outputs, turn.derivatives
         values = np.zeros(len(inputs.links))
-        given, calls = Given(turn, slots, span, values, ends), list[Ready]()
+        given, motion = Given(turn, slots, span, values, ends), Motion(turn, slots, span, ends)
+        calls = list[Ready]()
         if inputs.links:
             calls += given.find, *writers(slave, inputs, values, slots, lambda: span.t)
         if told.references:
-            calls += given.find_slopes, slope_writer(slave, told.references, told.orders, given.slopes)
+            calls += *motion.calls, slope_writer(slave, told.references, told.orders, motion.derivatives)
         calls.append(stepper(slave, span))
         if fresh and turn.halfway:
             at_end = conversion(inputs, slots, slots.places(NEWEST, inputs.source), values)
