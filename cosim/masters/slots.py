@@ -65,11 +65,11 @@ class Slots:
         """Let what the components have returned last be what is coming."""
         self._views[COMING][:] = self._views[NEWEST]
 
-    def row(self, into: FloatArray) -> None:
-        """Put the row of the point into an array of shape (1 + columns,), after `arrive`."""
+    def row(self) -> FloatArray:
+        """Return the row of the point, time first, shape (1 + columns,), after `arrive`."""
         if self._shows:
             self.show_inputs()
-        self._here.take(self._columns, out=into)
+        return self._here[self._columns]
 
     def show_inputs(self) -> None:
         """Put into the own slot of every connected input what its source gives it at the point."""

@@ -75,7 +75,7 @@ class Stepping:
             slots.arrive(k, t)
             here.time = t
             if k == next_row:
-                watch.write(k, slots.row)
+                watch.write(k, slots.row())
                 next_row = schedule.next_recorded(k)
                 if watch.block.full:
                     return

@@ -6,6 +6,8 @@ what every instance has (calls.py).
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from cosim.arrays import FloatArray
 from cosim.masters.calls import read, refuse_values, write
 from cosim.masters.layout import Group, Inputs, Outputs
@@ -42,11 +44,20 @@ def readers(slave: Slave, groups: Sequence[Group], slots: Slots) -> list[Ready]:
 
 def _reader(slave: Slave, group: Group, slots: Slots) -> Ready:
     calls, where, newest = ready_calls(slave), place(group.slots), slots.newest
-    if calls is not None and group.kind == Kind.REAL and isinstance(where, slice):
+    if calls is None or group.kind != Kind.REAL:
+
+        def read_group() -> None:
+            newest[where] = read(slave, group.kind, group.references, slots.texts)
+
+        return read_group
+    if isinstance(where, slice):
         return calls.get_real(group.references, newest[where])
+    values = np.zeros(len(group.references))
+    get = calls.get_real(group.references, values)
 
     def read_apart() -> None:
-        newest[where] = read(slave, group.kind, group.references, slots.texts)
+        get()
+        newest[where] = values
 
     return read_apart
 

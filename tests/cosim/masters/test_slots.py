@@ -111,9 +111,7 @@ def test_a_point_comes_back_as_it_was_put_and_shares_nothing():
     slots.coming[:] = -1.0
     slots.arrive(8, 0.8)
     assert (slots.index, back.index, back.values.tolist()) == (8, 7, [0.0, 1.0, 2.0, 3.0])
-    row = np.zeros(5)
-    slots.row(row)
-    assert row.tolist() == [0.8, -1.0, -1.0, -1.0, -1.0]
+    assert slots.row().tolist() == [0.8, -1.0, -1.0, -1.0, -1.0]
     assert slots.all[slots.places(POINT, np.array([2]))] == -1.0
 
 
