@@ -89,16 +89,6 @@ def seen(turn: Turn, slots: Slots, ends: EndsOf) -> EndsOf:
     return stepped
 
 
-def values_and_slopes(turn: Turn, slots: FloatArray) -> FloatArray:
-    """Return the sources' values, and slopes where inputs follow curves, shape (2, n_in)."""
-    inputs = turn.component.inputs
-    found = np.zeros((2, len(inputs.links)))
-    found[0] = slots[inputs.source]
-    if turn.has_curves:
-        found[1] = np.where(turn.curved, slots[inputs.slope], 0.0)
-    return found
-
-
 def slope_or_none(slope: FloatArray) -> FloatArray:
     """Return slopes that are known; an input whose source's slope is not is held."""
     return slope if curves.surely_known(slope) else np.where(np.isnan(slope), 0.0, slope)
