@@ -1,4 +1,4 @@
-"""What the inputs of a component are given while it steps, by the timing of each: values, and derivatives of curves."""
+"""What the inputs of a component are given while it steps, by the timing of each; how they move is in motion.py."""
 
 from collections.abc import Callable
 
@@ -8,51 +8,30 @@ from cosim.arrays import FloatArray, IntArray
 from cosim.masters import curves
 from cosim.masters.curves import Ends
 from cosim.masters.slots import NEWEST, POINT, Slots, conversion
-from cosim.masters.turns import BETWEEN, CURVE, EXTRAPOLATED_MEAN, LINE, MEAN, MIDPOINT, SIGNAL_SLOT, SLOT, Turn
+from cosim.masters.turns import BETWEEN, EXTRAPOLATED_MEAN, MEAN, MIDPOINT, Turn
+from cosim.slaves.ready import Span
 
 EndsOf = Callable[[int], Ends]
 """Communication step -> values and slopes of the inputs' sources at both ends of the component's period around it."""
 
 
 class Given:
-    """The inputs of one turn over a step: `values`, an array that is given, and derivatives in `slopes`.
+    """The inputs of one turn over the step of a span: `find` puts them into `values`.
 
-    The step is from `t` to `t + h`, s, in communication step `k`. `ends` where sources step at other rates, None where
-    all step together. Where each input then is the value of one slot, all are one gather.
+    `ends` where sources step at other rates, None where all step together. Where each input then is the value of one
+    slot, all are one gather.
     """
 
-    def __init__(self, turn: Turn, slots: Slots, values: FloatArray, ends: EndsOf | None = None) -> None:
-        self.k, self.t, self.h = 0, 0.0, 0.0
-        self._turn, self._slots, self._values = turn, slots, values
-        self._inputs, self._derivatives = turn.component.inputs, turn.derivatives
+    def __init__(self, turn: Turn, slots: Slots, span: Span, values: FloatArray, ends: EndsOf | None = None) -> None:
+        self._turn, self._slots, self._span, self._values = turn, slots, span, values
+        self._inputs = turn.component.inputs
         self._ends = seen(turn, slots, ends or ends_of(turn, slots))
-        self._factor = self._inputs.factor[self._derivatives.position]
-        self.slopes: FloatArray = np.zeros(len(self._factor))
         single = ends is None and not turn.blends
         self.find = conversion(self._inputs, slots, self._single(), values) if single else self._find
-        """Finds the values."""
-
-    def find_slopes(self) -> None:
-        """Find the derivatives of inputs at the start of the step."""
-        slopes, derivatives, slots = self.slopes, self._derivatives, self._slots
-        lines, curved, told, fed = (derivatives.places[form] for form in (LINE, CURVE, SLOT, SIGNAL_SLOT))
-        if lines.size or curved.size:
-            ends = self._ends(self.k)
-            at = derivatives.position[lines]
-            slopes[lines] = (ends.b[at] - ends.a[at]) / self.h
-            at = derivatives.position[derivatives.curves[0]]
-            bent = Ends(*(part[at] for part in ends)).known(self.h)
-            orders = bent.da, curves.second(bent, self.h), curves.third(bent, self.h)
-            for places, values in zip(derivatives.curves, orders, strict=True):
-                slopes[places] = values
-        if told.size:
-            slopes[told] = slope_or_none(slots.point[derivatives.slot[told]])
-        if fed.size:
-            slopes[fed] = slots.newest[derivatives.slot[fed]]
-        slopes *= self._factor
 
     def _find(self) -> None:
-        self._values[:] = self._inputs.factor * self._blend(self._ends(self.k), self.h) + self._inputs.addend
+        blend = self._blend(self._ends(self._span.k), self._span.h)
+        self._values[:] = self._inputs.factor * blend + self._inputs.addend
 
     def _single(self) -> IntArray:
         """Return the place that each input has its value from."""
@@ -75,15 +54,23 @@ class Given:
         return value
 
 
-def ends_of(turn: Turn, slots: Slots) -> EndsOf:
-    """Return the ends of a turn whose sources step with it: the point, and what they have returned since."""
+def ends_of(turn: Turn, slots: Slots, at: IntArray | None = None) -> EndsOf:
+    """Return the ends of a turn whose sources step with it: the point, and what they have returned since.
 
-    def ends(_k: int) -> Ends:
-        a, da = values_and_slopes(turn, slots.point)
-        b, db = values_and_slopes(turn, slots.newest)
-        return Ends(a, b, da, db)
+    `at`: of which inputs, None: of all. Each call changes what the one before has returned.
+    """
+    inputs, take, places = turn.component.inputs, slots.all.take, slots.places
+    slope = np.where(turn.curved, inputs.slope, inputs.source)  # what follows no curve has none: any number does
+    whole = np.array([places(v, of) for of in (inputs.source, slope) for v in (POINT, NEWEST)])
+    sources = whole if at is None else whole[:, at]
+    found: FloatArray = np.zeros(sources.shape)
+    ends = Ends(*found)
 
-    return ends
+    def find(_k: int) -> Ends:
+        take(sources, None, found, "clip")
+        return ends
+
+    return find
 
 
 def seen(turn: Turn, slots: Slots, ends: EndsOf) -> EndsOf:
@@ -102,16 +89,6 @@ def seen(turn: Turn, slots: Slots, ends: EndsOf) -> EndsOf:
     return stepped
 
 
-def values_and_slopes(turn: Turn, slots: FloatArray) -> FloatArray:
-    """Return the sources' values, and slopes where inputs follow curves, shape (2, n_in)."""
-    inputs = turn.component.inputs
-    found = np.zeros((2, len(inputs.links)))
-    found[0] = slots[inputs.source]
-    if turn.has_curves:
-        found[1] = np.where(turn.curved, slots[inputs.slope], 0.0)
-    return found
-
-
 def slope_or_none(slope: FloatArray) -> FloatArray:
     """Return slopes that are known; an input whose source's slope is not is held."""
-    return np.where(np.isnan(slope), 0.0, slope)
+    return slope if curves.surely_known(slope) else np.where(np.isnan(slope), 0.0, slope)

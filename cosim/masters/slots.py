@@ -14,7 +14,10 @@ POINT, NEWEST, COMING = range(3)
 """Which vector, for `Slots.places`."""
 
 FEW = 6
-"""Up to so many numbers plain Python is faster than NumPy."""
+"""Up to so many numbers are converted faster in plain Python than in NumPy."""
+
+SOME = 100
+"""Up to so many are added faster."""
 
 
 class Slots:
@@ -29,6 +32,7 @@ class Slots:
         self.all: FloatArray = self._rows.reshape(-1)
         self.point, self.newest, self.coming = (row[:-2] for row in self._rows)
         self._here, self._coming = self._rows[POINT], self._rows[COMING]
+        self._views = tuple(row.data for row in self._rows)  # which are copied faster than arrays
         self._columns = np.append(layout.size, layout.columns.slots)
         self._shows = bool(np.isin(layout.inputs.slots, layout.columns.slots).any())
         self.begun: FloatArray = np.zeros((2, len(layout.inputs.links)))
@@ -55,13 +59,17 @@ class Slots:
     def arrive(self, index: int, time: float) -> None:
         """Make what is coming the point: in one copy, so that an interrupt leaves the one or the other."""
         self._coming[-2], self._coming[-1] = time, index
-        self._here[:] = self._coming
+        self._views[POINT][:] = self._views[COMING]
 
-    def row(self, into: FloatArray) -> None:
-        """Put the row of the point into an array of shape (1 + columns,), after `arrive`."""
+    def come(self) -> None:
+        """Let what the components have returned last be what is coming."""
+        self._views[COMING][:] = self._views[NEWEST]
+
+    def row(self) -> FloatArray:
+        """Return the row of the point, time first, shape (1 + columns,), after `arrive`."""
         if self._shows:
             self.show_inputs()
-        self._here.take(self._columns, out=into)
+        return self._here[self._columns]
 
     def show_inputs(self) -> None:
         """Put into the own slot of every connected input what its source gives it at the point."""
@@ -95,7 +103,7 @@ def conversion(inputs: Inputs, slots: Slots, sources: IntArray, values: FloatArr
     converts, take, add, multiply = bool((factor != 1).any()), slots.all.take, np.add, np.multiply
 
     def convert() -> None:
-        take(sources, out=values)
+        take(sources, None, values, "clip")  # any mode but "raise" gathers without a copy, and no place is outside
         if converts:
             multiply(values, factor, values)
         add(values, addend, values)  # by nothing too: it makes -0.0 a zero, as the kernel does
@@ -103,17 +111,23 @@ def conversion(inputs: Inputs, slots: Slots, sources: IntArray, values: FloatArr
     return convert
 
 
-def finiteness(vector: FloatArray, slots: IntArray) -> Callable[[], bool]:
-    """Return what tells whether some slots of a vector are finite for sure.
+def finiteness(vector: FloatArray, slots: IntArray, doubt: Callable[[], None]) -> Callable[[], None]:
+    """Return what calls `doubt` where some slots of a vector may not be finite.
 
-    Where it says no, each has to be asked: of few numbers it is the sum, which may be infinite where they are not.
+    Each has to be asked then: what is looked at may be their sum, which can be infinite where they are not.
     """
-    where = place(slots)
-    if not isinstance(where, slice):
-        return lambda: bool(np.isfinite(vector.take(where)).all())
-    view = vector[where]
-    if len(slots) <= FEW:
-        numbers = view.data
-        return lambda: isfinite(sum(numbers))
-    flags = np.zeros(len(slots), dtype=np.bool_)
-    return lambda: bool(np.isfinite(view, flags).all())
+    where, take = place(slots), vector.take
+    numbers = vector[where]  # a view where they follow each other
+    terms, apart = numbers.data, not isinstance(where, slice)
+
+    def check_sum() -> None:
+        if apart:
+            take(slots, None, numbers, "clip")
+        if not isfinite(sum(terms)):
+            doubt()
+
+    def check_each() -> None:
+        if not np.isfinite(vector[where]).all():
+            doubt()
+
+    return check_sum if len(slots) <= SOME else check_each

@@ -2,22 +2,18 @@
 
 from collections.abc import Mapping
 
-import numpy as np
-
-from cosim.arrays import FloatArray
 from cosim.errors import StepFailed
-from cosim.masters import curves
+from cosim.masters.between import Between
 from cosim.masters.culprit import blame
-from cosim.masters.curves import Ends
-from cosim.masters.given import EndsOf, values_and_slopes
 from cosim.masters.master import Outcome
 from cosim.masters.point import Point
 from cosim.masters.refreshing import Refreshing
 from cosim.masters.slots import Slots
-from cosim.masters.steps import Step
-from cosim.masters.turns import BETWEEN, STEP_MEAN, Turn, Turns
+from cosim.masters.steps import Step, make
+from cosim.masters.turns import Turns
 from cosim.masters.watch import Clock, Watch
 from cosim.slaves import breadcrumb
+from cosim.slaves.ready import Span
 from cosim.slaves.slave import Slave
 
 
@@ -34,10 +30,13 @@ class Stepping:
         self.turns, self.layout, self.schedule, self.watch = turns, turns.layout, turns.schedule, watch
         self._named, self._slots = slaves, Slots(turns.layout)
         self._together = all(turn.period == 1 for turn in turns.all)
+        self._span = span = Span()
+        self._between = [Between(turn, turns, self._slots) for turn in turns.all]
         self._steps = [
-            Step(turn, slaves[turn.component.name], self._slots, None if self._together else self._ends_of(turn))
-            for turn in turns.all
+            Step(turn, slaves[turn.component.name], self._slots, span, b.ends if turn.apart else None)
+            for turn, b in zip(turns.all, self._between, strict=True)
         ]
+        self._calls = [call for step in self._steps for call in step.calls]
         self._again = Refreshing(turns, slaves, self._slots)
         self._failure: BaseException | None = None
 
@@ -72,7 +71,7 @@ class Stepping:
             slots.arrive(k, t)
             here.time = t
             if k == next_row:
-                watch.write(k, slots.row)
+                watch.write(k, slots.row())
                 next_row = schedule.next_recorded(k)
                 if watch.block.full:
                     return
@@ -80,17 +79,17 @@ class Stepping:
                 return
 
     def _take_all(self, k: int, t: float, h: float) -> None:
-        """Take the steps of components that all step from each point to the next."""
-        for step in self._steps:
-            step.take(k, t, h)
-        self._slots.coming[:] = self._slots.newest
+        """Take the steps of components that all step from each point to the next: one list of calls."""
+        self._span.begin(k, t, h)
+        make(self._calls, self._span)
+        self._slots.come()
 
     def _take_due(self, k: int, _t: float, _h: float) -> None:
         """Take the steps that are due in communication step k, each over its own period."""
         slots, schedule = self._slots, self.schedule
-        for turn in self.turns.all:
+        for turn, between in zip(self.turns.all, self._between, strict=True):
             if turn.at_end and k == turn.start(k):
-                slots.begun[:, turn.begun] = self._sources_at_start(turn, k)
+                slots.begun[:, turn.begun] = between.at_start(k)
         for step in self._steps:
             if step.turn.due(k, schedule):
                 t = schedule.time(step.turn.start(k))
@@ -100,49 +99,3 @@ class Stepping:
             if turn.end(k, schedule) == k + 1:
                 own = turn.component.outputs.slots
                 slots.coming[own] = slots.newest[own]
-
-    def _ends_of(self, turn: Turn) -> EndsOf:
-        """Return what gives values and slopes of a turn's sources at both ends of its period, at any rates."""
-
-        def ends(k: int) -> Ends:
-            a, da = self._slots.begun[:, turn.begun] if turn.at_end else self._sources_at_start(turn, k)
-            b, db = self._sources_at_end(turn, k)
-            return Ends(a, b, da, db)
-
-        return ends
-
-    def _sources_at_start(self, turn: Turn, k: int) -> FloatArray:
-        """Return a, a': the sources' values and slopes where the target's period begins, shape (2, n_in)."""
-        found = values_and_slopes(turn, self._slots.point)
-        for i in np.flatnonzero(turn.ahead & np.isin(turn.timing, BETWEEN)):
-            found[:, i] = self._between(turn, int(i), k, turn.start(k))
-        return found
-
-    def _sources_at_end(self, turn: Turn, k: int) -> FloatArray:
-        """Return b, b': the sources' values and slopes where the target's period ends, shape (2, n_in)."""
-        found = values_and_slopes(turn, self._slots.newest)
-        for i in np.flatnonzero(turn.ahead & (turn.timing != STEP_MEAN)):
-            slow, end = self.turns.all[turn.source_turn[i]], turn.end(k, self.schedule)
-            if slow.end(k, self.schedule) > end:
-                if turn.timing[i] in BETWEEN:
-                    found[:, i] = self._between(turn, int(i), k, end)
-                else:
-                    found[0, i] = self._slots.point[turn.component.inputs.source[i]]
-        return found
-
-    def _between(self, turn: Turn, i: int, k: int, at: int) -> tuple[float, float]:
-        """Return a slow source's value and slope at communication point `at`, on the line or curve over its step."""
-        source, slot = self.turns.all[turn.source_turn[i]], turn.component.inputs.source[i]
-        begin, end = self.schedule.count(source.start(k)), self.schedule.count(source.end(k, self.schedule))
-        since, whole = self.schedule.count(at) - begin, end - begin
-        point, newest = self._slots.point, self._slots.newest
-        a, b = float(point[slot]), float(newest[slot])
-        if i in turn.component.inputs.stepping(newest):
-            return a, 0.0
-        if not turn.curved[i]:
-            return a + (b - a) * (since / whole), 0.0
-        slope = turn.component.inputs.slope[i]
-        h, s = whole / self.schedule.denominator, since / self.schedule.denominator
-        ends = Ends(*(np.array([x]) for x in (a, b, point[slope], newest[slope])))
-        value, rate = curves.at(ends.known(h), h, s)
-        return float(value[0]), float(rate[0])

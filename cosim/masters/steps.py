@@ -1,6 +1,7 @@
 """One step of one component: what its inputs are over it, what is read at its end. The same in every master."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -8,68 +9,88 @@ from cosim.arrays import FloatArray
 from cosim.errors import CallFailed, StepFailed
 from cosim.masters.given import EndsOf, Given
 from cosim.masters.layout import Group
+from cosim.masters.motion import Motion
+from cosim.masters.slopes import Differences
 from cosim.masters.slots import NEWEST, Slots, conversion, finiteness
 from cosim.masters.transfer import readers, slope_reader, slope_writer, stepper, writers
 from cosim.masters.turns import Turn
-from cosim.slaves.ready import Ready
+from cosim.slaves.ready import Ready, Span
 from cosim.slaves.slave import Slave
 
 
 class Step:
-    """The steps of one component over a run, all calls of which are made ready here.
+    """The steps of one component over a run: `calls` are all that one takes, in their order, made ready here.
 
-    `ends` as in `Given`. `fresh`: inputs that were held between both ends are set to those of the end before outputs
-    are read.
+    `span`: the step that is being taken. `ends` as in `Given`. `fresh`: inputs that were held between both ends are set
+    to those of the end before outputs are read.
     """
 
     def __init__(
-        self, turn: Turn, slave: Slave, slots: Slots, ends: EndsOf | None = None, *, fresh: bool = False
+        self, turn: Turn, slave: Slave, slots: Slots, span: Span, ends: EndsOf | None = None, *, fresh: bool = False
     ) -> None:
-        self.turn, self._slave, self._slots = turn, slave, slots
+        self.turn, self._slave, self._slots, self._span = turn, slave, slots, span
         inputs, outputs, told = turn.component.inputs, turn.component.outputs, turn.derivatives
         values = np.zeros(len(inputs.links))
-        self._given = given = Given(turn, slots, values, ends)
-        self._before, self._after = list[Ready](), readers(slave, outputs.groups, slots)
+        given, motion = Given(turn, slots, span, values, ends), Motion(turn, slots, span, ends)
+        calls = list[Ready]()
         if inputs.links:
-            self._before = [given.find, *writers(slave, inputs, values, slots, lambda: given.t)]
+            calls += given.find, *writers(slave, inputs, values, slots, lambda: span.t)
         if told.references:
-            self._before += given.find_slopes, slope_writer(slave, told.references, told.orders, given.slopes)
+            calls += *motion.calls, slope_writer(slave, told.references, told.orders, motion.derivatives)
+        calls.append(stepper(slave, span))
         if fresh and turn.halfway:
             at_end = conversion(inputs, slots, slots.places(NEWEST, inputs.source), values)
-            self._after[:0] = at_end, *writers(slave, inputs, values, slots, lambda: given.t + given.h)
+            calls += at_end, *writers(slave, inputs, values, slots, lambda: span.t + span.h)
+        calls += readers(slave, outputs.groups, slots)
         if outputs.derivative_references:
-            self._after.append(slope_reader(slave, outputs, slots))
-        self._step, self._are_finite = stepper(slave), finiteness(slots.newest, outputs.finite)
-        self._differences, self._outputs = outputs.differences, outputs
-        self._may_freeze = outputs.freeze >= 0
+            calls.append(slope_reader(slave, outputs, slots))
+        if outputs.finite.size:
+            calls.append(finiteness(slots.newest, outputs.finite, self._refuse))
+        if outputs.differences is not None:
+            calls.append(partial(self._take_differences, outputs.differences))
+        if outputs.passages:
+            calls.append(self._pass_on)
+        self.calls = calls if outputs.freeze < 0 else [partial(self._unless_frozen, calls)]
 
     def take(self, k: int, t: float, h: float) -> None:
         """Step from t to t + h, the component's period in communication step k; `newest` takes what it returns.
 
         Raises `StepFailed`, `ValueRefused`.
         """
-        given, own = self._given, t
-        if self._may_freeze:
-            if self._outputs.frozen(self._slots.newest):
-                self._slots.newest[self._outputs.slots] = self._slots.point[self._outputs.slots]
-                self._outputs.pass_on(self._slots.point, self._slots.newest, t + h)
-                return
-            own = t - self._outputs.lag(self._slots.newest)
-        given.k, given.t, given.h = k, t, h
-        try:
-            for call in self._before:
-                call()
-            self._step(own, h)
-            for call in self._after:
-                call()
-        except CallFailed as error:
-            raise failed_step(error, t, h) from error
-        if not self._are_finite():
-            refuse_not_finite(self.turn, self._slave, t, h, self.turn.component.outputs.groups, self._slots.newest)
-        if self._differences is not None:
-            self._differences.take(self._slots.point, self._slots.newest, h)
-        if self._outputs.passages:
-            self._outputs.pass_on(self._slots.point, self._slots.newest, t + h)
+        self._span.begin(k, t, h)
+        make(self.calls, self._span)
+
+    def _refuse(self) -> None:
+        outputs, span = self.turn.component.outputs, self._span
+        refuse_not_finite(self.turn, self._slave, span.t, span.h, outputs.groups, self._slots.newest)
+
+    def _take_differences(self, differences: Differences) -> None:
+        differences.take(self._slots.point, self._slots.newest, self._span.h)
+
+    def _pass_on(self) -> None:
+        span = self._span
+        self.turn.component.outputs.pass_on(self._slots.point, self._slots.newest, span.t + span.h)
+
+    def _unless_frozen(self, calls: Sequence[Ready]) -> None:
+        """Make the calls of a step, by the component's own clock; one that is frozen has what it had at the point."""
+        slots, outputs, span = self._slots, self.turn.component.outputs, self._span
+        if outputs.frozen(slots.newest):
+            slots.newest[outputs.slots] = slots.point[outputs.slots]
+            self._pass_on()
+            return
+        span.start.value = span.t - outputs.lag(slots.newest)
+        for call in calls:
+            call()
+        span.start.value = span.t
+
+
+def make(calls: Sequence[Ready], span: Span) -> None:
+    """Make the calls of the step of a span; raises `StepFailed` for one that fails."""
+    try:
+        for call in calls:
+            call()
+    except CallFailed as error:
+        raise failed_step(error, span.t, span.h) from error
 
 
 def failed_step(error: CallFailed, t: float, h: float) -> StepFailed:

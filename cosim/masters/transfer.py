@@ -6,12 +6,14 @@ what every instance has (calls.py).
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from cosim.arrays import FloatArray
 from cosim.masters.calls import read, refuse_values, write
 from cosim.masters.layout import Group, Inputs, Outputs
 from cosim.masters.slots import Slots, place
 from cosim.masters.types import Kind
-from cosim.slaves.ready import Ready, ready_calls
+from cosim.slaves.ready import Ready, Span, ready_calls
 from cosim.slaves.slave import References, Slave
 
 
@@ -42,11 +44,20 @@ def readers(slave: Slave, groups: Sequence[Group], slots: Slots) -> list[Ready]:
 
 def _reader(slave: Slave, group: Group, slots: Slots) -> Ready:
     calls, where, newest = ready_calls(slave), place(group.slots), slots.newest
-    if calls is not None and group.kind == Kind.REAL and isinstance(where, slice):
+    if calls is None or group.kind != Kind.REAL:
+
+        def read_group() -> None:
+            newest[where] = read(slave, group.kind, group.references, slots.texts)
+
+        return read_group
+    if isinstance(where, slice):
         return calls.get_real(group.references, newest[where])
+    values = np.zeros(len(group.references))
+    get = calls.get_real(group.references, values)
 
     def read_apart() -> None:
-        newest[where] = read(slave, group.kind, group.references, slots.texts)
+        get()
+        newest[where] = values
 
     return read_apart
 
@@ -71,7 +82,9 @@ def slope_reader(slave: Slave, outputs: Outputs, slots: Slots) -> Ready:
     return read_slopes
 
 
-def stepper(slave: Slave) -> Callable[[float, float], None]:
-    """Return what steps an instance from t to t + h, s."""
+def stepper(slave: Slave, span: Span) -> Ready:
+    """Return what lets an instance take the step of a span."""
     calls = ready_calls(slave)
-    return slave.do_step if calls is None else calls.do_step()
+    if calls is not None:
+        return calls.do_step(span)
+    return lambda: slave.do_step(span.start.value, span.size.value)

@@ -121,6 +121,12 @@ class Turn:
         return np.isin(self.timing, (SIGNAL, SIGNAL_MEAN))
 
     @cached_property
+    def apart(self) -> bool:
+        """Whether what inputs have at an end of the period is not simply what their sources had or have returned."""
+        depends = np.isin(self.timing, (AFTER_STEP, *BETWEEN))
+        return self.at_end or bool((self.ahead & depends).any())
+
+    @cached_property
     def blends(self) -> bool:
         """Whether any input is made of more than one value."""
         return bool(np.isin(self.timing, (MIDPOINT, MEAN, EXTRAPOLATED_MEAN)).any())

@@ -3,7 +3,6 @@
 import ctypes
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -88,10 +87,10 @@ class Watch:
             self.block.append(self.schedule.time(point.index), self.layout.columns.row(point.values))
             self.last_row = point.index
 
-    def write(self, index: int, row: Callable[[FloatArray], None]) -> None:
-        """Record communication point `index`; `row` puts its row, time first, into an array that it is given."""
+    def write(self, index: int, row: FloatArray) -> None:
+        """Record communication point `index`; `row`: its row, time first."""
         count = self.block.count
-        row(self.block.data[count])
+        self.block.data[count] = row
         self.block.count = count + 1
         self.last_row = index
 

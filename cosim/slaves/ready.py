@@ -20,10 +20,25 @@ Ready = Callable[[], None]
 """A call that only has to be made; raises `CallFailed`."""
 
 _FUNCTION = ctypes.CFUNCTYPE(ctypes.c_int)  # no argtypes: what is passed is of ctypes, and need not be converted
-_DO_STEP = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_int)
 
 
-def _discard(*_: Any) -> int:
+class Span:
+    """The step that is being taken: in communication step `k`, from `t` to `t + h`, s.
+
+    Ready calls read where it is for ctypes: `start`, by the component's own clock, and `size`.
+    """
+
+    def __init__(self) -> None:
+        self.k, self.t, self.h = 0, 0.0, 0.0
+        self.start, self.size = ctypes.c_double(), ctypes.c_double()
+
+    def begin(self, k: int, t: float, h: float) -> None:
+        """Go to another step."""
+        self.k, self.t, self.h = k, t, h
+        self.start.value, self.size.value = t, h
+
+
+def _discard() -> int:
     return DISCARD
 
 
@@ -47,60 +62,55 @@ class ReadyCalls:
 
     def get_real(self, references: References, into: FloatArray) -> Ready:
         """Return fmi2GetReal."""
-        return self._call("fmi2GetReal", references, into)
+        return self._of_values("fmi2GetReal", references, into)
 
     def set_real(self, references: References, values: FloatArray) -> Ready:
         """Return fmi2SetReal."""
-        return self._call("fmi2SetReal", references, values)
+        return self._of_values("fmi2SetReal", references, values)
 
     def set_input_derivatives(self, references: References, orders: References, values: FloatArray) -> Ready:
         """Return fmi2SetRealInputDerivatives."""
-        return self._call("fmi2SetRealInputDerivatives", references, values, orders)
+        return self._of_values("fmi2SetRealInputDerivatives", references, values, orders)
 
     def get_output_derivatives(self, references: References, orders: References, into: FloatArray) -> Ready:
         """Return fmi2GetRealOutputDerivatives."""
-        return self._call("fmi2GetRealOutputDerivatives", references, into, orders)
+        return self._of_values("fmi2GetRealOutputDerivatives", references, into, orders)
 
-    def do_step(self) -> Callable[[float, float], None]:
-        """Return fmi2DoStep, called with t and h in s."""
-        step: Callable[..., int] = _DO_STEP(self._interface.functions["fmi2DoStep"])
-        component = ctypes.c_void_p(self._interface.component)
-        crumb, instance, name = self._crumb, self._instance, breadcrumb.address(b"fmi2DoStep")
-        stepped = self._stepped
+    def do_step(self, span: Span) -> Ready:
+        """Return fmi2DoStep."""
 
-        def do_step(t: float, h: float) -> None:
-            nonlocal step
-            crumb.instance, crumb.function = instance, name
-            try:
-                status = step(component, t, h, 1)
-            finally:
-                crumb.function = None
-            if status:
-                stepped(status, t, h)
-                if status == DISCARD:  # and it counts: there is no other
-                    step = _discard
+        def stepped(status: int) -> Callable[[], int] | None:
+            self._stepped(status, span.start.value, span.size.value)
+            return _discard if status == DISCARD else None  # one that counts: there is no other
 
-        return do_step
+        return self._call("fmi2DoStep", stepped, span.start, span.size, ctypes.c_int(1))
 
-    def _call(self, function: str, references: References, values: FloatArray, orders: Sequence[int] = ()) -> Ready:
+    def _of_values(
+        self, function: str, references: References, values: FloatArray, orders: Sequence[int] = ()
+    ) -> Ready:
         n = len(references)
         if values.shape != (n,) or values.dtype != np.float64 or not values.flags.c_contiguous:
             raise ValueError(f"{function}: {n} values in a contiguous array of doubles, not {values.shape}")
-        arguments: list[Any] = [ctypes.c_void_p(self._interface.component), (ctypes.c_uint * n)(*references)]
-        arguments += [ctypes.c_size_t(n), *([(ctypes.c_int * n)(*orders)] if orders else [])]
-        arguments.append(np.ctypeslib.as_ctypes(values))
-        call = partial(_FUNCTION(self._interface.functions[function]), *arguments)
+        arguments: list[Any] = [(ctypes.c_uint * n)(*references), ctypes.c_size_t(n)]
+        arguments += [(ctypes.c_int * n)(*orders)] if orders else []
+        returned = partial(self._returned, function)
+        return self._call(function, returned, *arguments, np.ctypeslib.as_ctypes(values))
+
+    def _call(self, function: str, returned: Callable[[int], Callable[[], int] | None], *arguments: Any) -> Ready:
+        """Return a call; `returned` takes each status that is not fmi2OK, and returns what is called from then on."""
+        component = ctypes.c_void_p(self._interface.component)
+        call = partial(_FUNCTION(self._interface.functions[function]), component, *arguments)
         crumb, instance, name = self._crumb, self._instance, breadcrumb.address(function.encode())
-        returned = self._returned
 
         def made() -> None:
+            nonlocal call
             crumb.instance, crumb.function = instance, name
             try:
                 status = call()
             finally:
                 crumb.function = None
             if status:
-                returned(function, status)
+                call = returned(status) or call
 
         return made
 

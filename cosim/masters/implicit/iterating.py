@@ -16,6 +16,7 @@ from cosim.masters.point import Point
 from cosim.masters.slots import Slots
 from cosim.masters.steps import Step
 from cosim.slaves import breadcrumb
+from cosim.slaves.ready import Span
 from cosim.slaves.slave import Slave
 
 HALVINGS = 8
@@ -35,9 +36,8 @@ class Iterating:
         self.layout, self.schedule = plan.turns.layout, plan.turns.schedule
         self._named, self.slaves = slaves, [slaves[turn.component.name] for turn in plan.turns.all]
         self._slots = Slots(self.layout)
-        self._steps = [
-            Step(turn, slave, self._slots, fresh=True) for turn, slave in zip(self.turns.all, self.slaves, strict=True)
-        ]
+        span, turns = Span(), zip(self.turns.all, self.slaves, strict=True)
+        self._steps = [Step(turn, slave, self._slots, span, fresh=True) for turn, slave in turns]
         self.evaluations = 0
 
     def advance(self, point: Point, until: int) -> Outcome:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate import quad
 from scipy.interpolate import CubicHermiteSpline
 from scipy.linalg import expm
@@ -195,6 +195,31 @@ class TestMean:
         curve = CubicHermiteSpline(t, np.sin(t), np.cos(t))
         expected = [quad(curve, a, a + 0.2, epsabs=1e-14)[0] / 0.2 for a in t[:-1]]
         assert_allclose(target.inputs_at_steps("u"), expected, rtol=1e-13)
+
+
+class TestDerivativesAtTheStart:
+    def test_are_those_of_the_cubic(self):
+        """To the roundings of some ten operations on both sides, each of the largest term, 12 (a - b) / h^3."""
+        ends, h = Ends(*np.random.default_rng(3).normal(size=(4, 20))), 0.3
+        cubic = CubicHermiteSpline([0, h], [ends.a, ends.b], [ends.da, ends.db])
+        largest = np.finfo(float).eps * 12 * np.abs(ends.a - ends.b).max() / h**3
+        assert_allclose(curves.second(ends, h), cubic(0, 2), atol=20 * largest * h, rtol=0)
+        assert_allclose(curves.third(ends, h), cubic(0, 3), atol=20 * largest, rtol=0)
+
+    def test_have_the_bits_of_numbers_where_the_step_is_an_array_of_no_dimension(self):
+        ends, h = Ends(*np.random.default_rng(4).normal(size=(4, 20))), 1.02 - 1.01
+        for order in (curves.second, curves.third):
+            one_by_one = [order(Ends(*map(float, column)), h) for column in np.transpose(ends)]
+            assert order(ends, np.array(h)).tobytes() == order(ends, h).tobytes() == np.array(one_by_one).tobytes()
+
+    def test_a_slope_that_is_not_known_is_that_of_the_line_and_large_ones_are_known(self):
+        ends = Ends(*np.array([[0.0] * 4, [2.0] * 4, [1.5e308, 1.5e308, np.nan, 3.0], [1.0, 1.0, 5.0, np.nan]]))
+        known = ends.known(0.5)
+        assert_array_equal(known.da, [1.5e308, 1.5e308, 4.0, 4.0])
+        assert_array_equal(known.db, [1.0, 1.0, 4.0, 4.0])
+        large = Ends(*(part[:2] for part in ends))
+        for kept, part in zip(large.known(0.5), large, strict=True):
+            assert_array_equal(kept, part)
 
 
 class TestWhatIsNoCurve:

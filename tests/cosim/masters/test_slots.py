@@ -1,6 +1,7 @@
 """The vectors of the Python loop, and what it does with many numbers or few: the same bits, in NumPy or without."""
 
 import math
+from collections.abc import Callable
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,11 +9,11 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from cosim.masters.point import Point
-from cosim.masters.slots import FEW, NEWEST, POINT, Slots, conversion, finiteness, place
+from cosim.masters.slots import FEW, NEWEST, POINT, SOME, Slots, conversion, finiteness, place
 from cosim.masters.types import Texts
 from cosim.time import Schedule
 
-from ..fakes import Clock, Integrator
+from ..fakes import Clock, Fake, Integrator, describe
 from ..flights import run
 
 COUNTS = [1, FEW, FEW + 1, 40]
@@ -42,25 +43,57 @@ def test_inputs_are_factor_by_value_plus_addend_to_the_last_bit(count, plain):
         assert math.copysign(1.0, given[0]) == 1.0  # 1 * -0.0 + 0.0 is 0.0
 
 
-@pytest.mark.parametrize("count", COUNTS)
+def doubts(vector: np.ndarray, slots: np.ndarray) -> Callable[[], bool]:
+    """Give what tells whether `finiteness` has a doubt."""
+    told = list[bool]()
+    check = finiteness(vector, slots, lambda: told.append(True))
+
+    def doubted() -> bool:
+        told.clear()
+        check()
+        return bool(told)
+
+    return doubted
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("count", [1, 2, 40, SOME, SOME + 1])
 @pytest.mark.parametrize("gap", [0, 1])
 def test_a_number_that_is_not_finite_is_never_missed(count, gap):
     slots = np.arange(5, 5 + count) + gap * (np.arange(count) > 0)
-    vector = np.zeros(60)
+    vector = np.zeros(SOME + 10)
     vector[slots] = np.linspace(-1e200, 1e300, count)
-    are_finite = finiteness(vector, slots)
-    assert are_finite()
+    doubted = doubts(vector, slots)
+    assert not doubted()
     for slot in slots:
         for bad in (math.nan, math.inf, -math.inf):
             kept, vector[slot] = vector[slot], bad
-            assert not are_finite()
+            assert doubted()
             vector[slot] = kept
     vector[slots[0]], vector[4] = 1.0, math.nan  # of another variable
-    assert are_finite()
+    assert not doubted()
+
+
+def test_infinities_that_cancel_are_doubted():
+    assert doubts(np.array([math.inf, 1.0, -math.inf]), np.arange(3))()
 
 
 def test_no_number_at_all_is_finite():
-    assert finiteness(np.array([math.nan]), np.zeros(0, dtype=np.int64))()
+    assert not doubts(np.array([math.nan]), np.zeros(0, dtype=np.int64))()
+
+
+class Enormous(Fake):
+    """Its numbers are finite, their sum is not."""
+
+    def __init__(self, name: str):
+        super().__init__(name, describe(outputs=["y", "z"]), y=1.5e308, z=1.5e308)
+
+
+def test_a_sum_that_overflows_ends_no_run():
+    assert doubts(np.full(2, 1.5e308), np.arange(2))()
+    result = run([Enormous("c"), Integrator("b")], [("c.y", "b.u")])
+    assert result.info["status"] == "finished"
+    assert_array_equal(result["c.z"], 1.5e308)
 
 
 def test_slots_that_follow_each_other_are_a_slice():
@@ -78,9 +111,7 @@ def test_a_point_comes_back_as_it_was_put_and_shares_nothing():
     slots.coming[:] = -1.0
     slots.arrive(8, 0.8)
     assert (slots.index, back.index, back.values.tolist()) == (8, 7, [0.0, 1.0, 2.0, 3.0])
-    row = np.zeros(5)
-    slots.row(row)
-    assert row.tolist() == [0.8, -1.0, -1.0, -1.0, -1.0]
+    assert slots.row().tolist() == [0.8, -1.0, -1.0, -1.0, -1.0]
     assert slots.all[slots.places(POINT, np.array([2]))] == -1.0
 
 

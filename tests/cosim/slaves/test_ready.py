@@ -7,7 +7,7 @@ from numpy.testing import assert_array_equal
 from cosim.errors import CallFailed
 from cosim.slaves import breadcrumb
 from cosim.slaves.fmi2 import FmuSlave
-from cosim.slaves.ready import ready_calls
+from cosim.slaves.ready import Span, ready_calls
 
 from .. import tiny_fmu
 from ..c_fmu import build, real
@@ -63,12 +63,15 @@ def test_warnings_count_and_failures_are_those_of_the_call(tmp_path):
     """A step warns before t = 1 s and is an error from there on."""
     fmu = build(tmp_path, "Warns", [real("y")], step="if (t < 1.0) return fmi2Warning; return fmi2Error;")
     slave = flying(fmu)
-    step = ready_calls(slave).do_step()
-    step(0.0, 0.5)
-    step(0.5, 0.5)
+    span = Span()
+    step = ready_calls(slave).do_step(span)
+    for k in range(2):
+        span.begin(k, 0.5 * k, 0.5)
+        step()
     assert slave.warned["fmi2DoStep"][0] == 2
+    span.begin(2, 1.0, 0.5)
     with pytest.raises(CallFailed, match="fmi2DoStep returned fmi2Error") as failure:
-        step(1.0, 0.5)
+        step()
     assert failure.value.component == "unit"
     slave.free()
 
