@@ -11,13 +11,13 @@ from cosim.masters.explicit import Explicit
 from cosim.masters.iterated import Iterated
 from cosim.system import At, Connection, Experiment, Signal, System, Value
 
-from . import both, slope_fmus
-from .arrays_fmu import build as build_arrays
-from .interrupted import assert_goes_on
-from .oscillator import Damper, Mass, SampledDamper
-from .typed_fmu import NAMES, typed
-from .walking import Walk
-from .wheel import TorqueBody, Wheel
+from .. import both
+from ..arrays_fmu import build as build_arrays
+from ..interrupted import assert_goes_on
+from ..oscillator import Damper, Mass, SampledDamper
+from ..typed_fmu import NAMES, typed
+from ..walking import Walk
+from ..wheel import TorqueBody, Wheel
 
 NATIVE = Library("native")
 
@@ -25,11 +25,6 @@ NATIVE = Library("native")
 @pytest.fixture(scope="module")
 def fmu(tmp_path_factory):
     return typed(tmp_path_factory.mktemp("typed"))
-
-
-@pytest.fixture(scope="module")
-def slopes(tmp_path_factory):
-    return slope_fmus.made(tmp_path_factory.mktemp("slopes"))
 
 
 def all_types(fmu, **more):
