@@ -123,7 +123,9 @@ class TestDamaged:
     def test_rows_that_are_fewer(self, alone, left, tmp_path):
         shutil.copy(next(interrupted(alone, both.experiment(), tmp_path / "b", at=0.25).glob("result.*")), left)
         text = refused(left)
-        assert text.startswith("out/result.arrows: it has 4 rows, 6 belong to the checkpoint. Fly anew, into another ")
+        assert text.startswith(
+            "out/result.arrows: it has 4 rows, 5 were there before the checkpoint. Fly anew, into another "
+        )
 
     def test_rows_of_other_variables(self, fmu, left, tmp_path):
         other = interrupted(both.of({"b": fmu}, []), both.experiment(), tmp_path / "b")

@@ -5,13 +5,21 @@ from pathlib import Path
 
 import pytest
 
-from cosim import flights
+from cosim import Library, flights
 from cosim.masters.error_controlled import ErrorControlled
 from cosim.resuming import resume as go_on
-from cosim.system import Experiment, Signal
+from cosim.system import Connection, Experiment, Fault, Signal, System
 
 from .. import both
+from ..oscillator import Damper, Mass
 from .left import interrupted, refused
+
+OSCILLATOR = System(
+    name="oscillator",
+    components={"mass": Mass, "damper": Damper},
+    connections=[Connection("mass.v", "damper.v", "after_step"), Connection("damper.f", "mass.f")],
+)
+V = "mass.v -> damper.v"
 
 
 class TestStop:
@@ -19,9 +27,10 @@ class TestStop:
 
     def later(self, system, setup, folder, stop, **more):
         """A run that is begun with one stop time and ended with another one equals one that had it from the start."""
-        flights.simulate(system, setup, out=folder, checkpoint=0.25, **more)
+        flights.simulate(system, setup, out=folder, checkpoint=0.25, locate=Library(), **more)
         longer = go_on(folder, stop_time=stop)
-        both.assert_same(flights.simulate(system, replace(setup, stop_time=stop)), longer)
+        straight = flights.simulate(system, replace(setup, stop_time=stop), locate=Library())
+        both.assert_same(straight, longer)
         assert longer.info["stop_time"] == stop and longer.info["resumed_at"] == setup.stop_time
         return longer
 
@@ -31,6 +40,22 @@ class TestStop:
         """The last row of the shorter flight goes where it is none of the longer one."""
         again = self.later(alone, both.experiment(loop=loop, every=every), tmp_path / "out", 1.65)
         assert again["a.y"][-1] == 17
+
+    @pytest.mark.parametrize("loop", both.LOOPS)
+    @pytest.mark.parametrize("every", [1, 3])
+    @pytest.mark.parametrize(
+        "fault",
+        [
+            Fault("scale", V, 0.5, start=0.3, until=1.0),
+            Fault("delay", V, 3, start=0.3, until=1.0),
+            Fault("freeze", "damper", start=0.333, until=1.0),
+            Fault("parameter", "damper.c", 2.0, start=0.3, until=1.0),
+        ],
+        ids=str,
+    )
+    def test_a_fault_that_ended_with_the_flight(self, tmp_path, loop, every, fault):
+        """In the longer one it ends there too, and the row of that point shows what then holds."""
+        self.later(OSCILLATOR, both.experiment(loop=loop, every=every, faults=[fault]), tmp_path / "out", 1.5)
 
     def test_twice(self, alone, tmp_path):
         self.later(alone, both.experiment(), tmp_path / "out", 2.0)
