@@ -78,6 +78,9 @@ HEAD = '[[fault]]\ntarget = "damper.v"\n'
     [
         ("[[fault]", "0.toml: it is no TOML"),
         ("[[faults]]\nfrom = 1", "0.toml: it must have [[fault]] tables and nothing else; there: faults"),
+        ("[fault]\nkind = 'dropout'", "[fault] is one table. Write [[fault]], once for each fault"),
+        ("", "it must have [[fault]] tables and nothing else; there: nothing"),
+        ("\x00", "0.toml: it is no TOML"),
         ("fault = 3", "it must have [[fault]] tables and nothing else; there: fault"),
         (
             '[[fault]]\nkind = "scale"',
