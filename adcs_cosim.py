@@ -54,6 +54,8 @@ def main() -> None:
         raise SystemExit(2) from error
     if sys.stderr is not None:
         faulthandler.enable()  # what an FMU, or a library, was doing in Python when it ended the process
+    from cosim.cli import completion
     from cosim.cli.commands import app
 
+    completion.begin()
     app()

@@ -106,9 +106,8 @@ class Checkpoints(Keeping):
             saved.restore(slaves)
         except CallFailed as error:
             raise CheckpointRefused(path, f"an FMU does not take back its state: {error}", ANEW) from error
-        # a row that is there because the flight ended at its point, and not because one is due there
-        extra = self.before.last_row == saved.index and not course.schedule.recorded(saved.index)
-        self.kept = self.before.rows - int(extra)
+        # its own row is written anew: it may be there for the flight ended there, or something may happen there now
+        self.kept = self.before.rows - int(self.before.last_row == saved.index)
         self._schema = schema(course.layout.columns)
         return saved
 
@@ -134,8 +133,7 @@ class Checkpoints(Keeping):
         if self.before is not None:
             saved = self.before.point
             saved.recall(parts)
-            there = self.before.last_row == saved.index and self.kept == self.before.rows
-            watch.last_row = saved.index if there else -1
+            watch.last_row = -1
             self._last = self.before
             watch.pause = self._next(saved.index)
 

@@ -296,17 +296,21 @@ class NotSupported(SimulationError):
 
 @dataclass(eq=False)
 class ResultExists(SimulationError):
-    """A folder that already holds a result; `story`: how its run ended, where it did not finish."""
+    """A folder that already holds a result.
+
+    `story`: how its run ended, where it did not finish; `checkpoint`: whether it has one.
+    """
 
     path: Path
     story: str = ""
+    checkpoint: bool = False
 
     def __str__(self) -> str:
-        """Folder, how its run ended, and both ways out."""
+        """Folder, how its run ended, and the ways out."""
         what = f"what is left of a run that {self.story}" if self.story else "a result"
         return (
             f"{near(self.path)} already holds {what}. Write elsewhere (out=..., --out DIR), or replace it "
-            "(overwrite=True, --force)."
+            "(overwrite=True, --force)." + f" To go on with it: adcs run --resume {near(self.path)}" * self.checkpoint
         )
 
 

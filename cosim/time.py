@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
+from numbers import Real
 
 import numpy as np
 
@@ -42,15 +43,19 @@ UNITS = {"s": "1", "ms": "1/1000", "us": "1/1000000", "ns": "1/1000000000", "min
 _FRACTION = re.compile(r"^\s*([-+]?\d+)\s*/\s*(\d+)(.*)$", re.DOTALL)
 
 
-@lru_cache(typed=True)  # flights of one system have the same times
 def exact_seconds(seconds: Seconds, name: str) -> Fraction:
     """Return a time in s as the number that is meant: a fraction like 1/30, or a decimal to the nanosecond.
 
     A float may be off it by some roundings of its own precision: 0.1 + 0.2 and np.float32(0.1) are decimals.
     Raises `TimeError` if it is not finite or no such number.
     """
-    if isinstance(seconds, bool) or not math.isfinite(seconds):
+    if isinstance(seconds, bool) or not isinstance(seconds, Real) or not math.isfinite(seconds):
         raise TimeError(name, f"{seconds!r}", "it must be a finite number of seconds")
+    return _exact(seconds, name)
+
+
+@lru_cache(typed=True)  # flights of one system have the same times
+def _exact(seconds: Seconds, name: str) -> Fraction:
     if isinstance(seconds, Fraction | int):
         exact = Fraction(seconds)
         if exact.denominator > LARGEST_DENOMINATOR:

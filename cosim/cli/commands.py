@@ -91,6 +91,7 @@ def show_(
     master: Master = None,
     inputs: Inputs = None,
     extrapolation: Extrapolation = None,
+    fault: failing.FaultFiles = None,
 ) -> None:
     """Show a system's wiring, a component's equations and variables, an FMU's interface, or what a run has left.
 
@@ -120,7 +121,7 @@ def show_(
             experiment = overrides.with_experiment(
                 experiment, step, stop, master=master, inputs=inputs, extrapolation=extrapolation
             )
-            show.write_system(system, experiment, locate)
+            show.write_system(system, failing.with_faults(experiment, fault or []), locate)
 
 
 @app.command()

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cosim.cli import completion
 from cosim.errors import EventError
 
 if TYPE_CHECKING:
@@ -16,7 +17,10 @@ AtTime = Annotated[
         "--at", metavar="TIME NAME=VALUE", help="A parameter changes in flight, as in --at 50s controller.kp=30."
     ),
 ]
-Changes = Annotated[list[str] | None, typer.Argument(metavar="", help="What changes at the times of --at, in order.")]
+Changes = Annotated[
+    list[str] | None,
+    typer.Argument(metavar="", autocompletion=completion.swapped, help="What changes at the times of --at, in order."),
+]
 
 
 def with_events(experiment: "Experiment", times: Sequence[str], changes: Sequence[str]) -> "Experiment":

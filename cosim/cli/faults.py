@@ -58,6 +58,8 @@ def read(path: Path) -> "list[Fault]":
     except (ValueError, RecursionError) as error:
         raise FaultFileError(path, f"it is no TOML: {error}") from error
     given = tables.get("fault")
+    if isinstance(given, Mapping):
+        raise FaultFileError(path, "[fault] is one table. Write [[fault]], once for each fault")
     if set(tables) != {"fault"} or not isinstance(given, list) or not all(isinstance(t, Mapping) for t in given):
         there = ", ".join(tables) or "nothing"
         raise FaultFileError(path, f"it must have [[fault]] tables and nothing else; there: {there}")

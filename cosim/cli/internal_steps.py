@@ -22,7 +22,7 @@ def internal_steps(system: System, experiment: Experiment, locate: Locate, wirin
     longest = max(wiring.period(name) for name in wiring.descriptions)
     start = exact_seconds(experiment.start_time, "start_time")
     step = exact_seconds(experiment.communication_step_size, "communication_step_size")
-    first = replace(experiment, stop_time=start + longest * step, every=1, stop_when="")
+    first = replace(experiment, stop_time=start + longest * step, every=1, stop_when="", events=(), faults=())
     try:
         taken = prepare(system, locate).fly(first, advise=False).info["internal_steps"]
     except (SimulationError, OSError) as error:

@@ -6,11 +6,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from cosim.cli import starts
+from cosim.cli import happenings, starts
 from cosim.cli.instances import as_arrays, read_descriptions
 from cosim.cli.library import Library
 from cosim.cli.tabling import build_tables
-from cosim.errors import SimulationError, WiringErrors
+from cosim.errors import SimulationError
 from cosim.flights import simulate
 from cosim.masters.explicit import Explicit
 from cosim.results.result import figures
@@ -19,13 +19,10 @@ from cosim.ssp.signals import instance_names
 from cosim.ssp.write import PARAMETER_SET, generated, write
 from cosim.studies import metrics, papers
 from cosim.system import Experiment, System
-from cosim.system.events import resolve
 from cosim.system.expand import wire
-from cosim.system.feeds import uncovered
-from cosim.system.onsets import Onsets, times
 from cosim.system.reference import is_fmu
 from cosim.system.wiring import Wiring
-from cosim.time import Schedule, exact_seconds, in_words
+from cosim.time import exact_seconds, in_words
 from fmus import places
 from fmus.description.units import IDENTITY
 from fmus.export.build import build_reference
@@ -55,7 +52,7 @@ def export(
     """
     tool = f"adcs-cosim {version_of('adcs-cosim')}"
     wiring = wire(system, read_descriptions(system, library))
-    _refuse_mistimed(system, experiment, wiring)
+    happenings.refuse(system, experiment, wiring)
     notes: list[str] = []
     if traced is not None and papers.find_owner(traced) is None:
         notes.append("no claims: this is no experiment of a paper as it is published, only its metrics are written")
@@ -102,22 +99,6 @@ def export(
             tables=build_tables(wiring, Path(folder), platforms),
         )
     return [*notes, *_remarks(system, experiment, wiring)]
-
-
-def _refuse_mistimed(system: System, experiment: Experiment, wiring: Wiring) -> None:
-    """Raise `WiringErrors` for events, faults and signals that could not fly."""
-    schedule = Schedule.of(
-        experiment.start_time,
-        experiment.stop_time,
-        experiment.communication_step_size,
-        experiment.every,
-        [*(event.time for event in experiment.events), *times(experiment, system.name)],
-    )
-    changes, mistakes = resolve(wiring, system, schedule, experiment.events)
-    mistakes += Onsets(wiring, system, schedule, experiment.faults, changes).mistakes
-    mistakes += [mistake for feed in wiring.feeds.values() for mistake in uncovered(feed, schedule)]
-    if mistakes:
-        raise WiringErrors(system.name, mistakes)
 
 
 def _measure(name: str) -> "Callable[[Result], Any]":

@@ -5,7 +5,7 @@ import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
-from cosim.cli import console, interface
+from cosim.cli import console, happenings, interface
 from cosim.cli.instances import Locate, read_descriptions
 from cosim.cli.internal_steps import internal_steps
 from cosim.masters.explicit import Explicit
@@ -32,7 +32,9 @@ WORDS = {
 def write_system(system: System, experiment: Experiment, locate: Locate) -> None:
     """Print connection table, evaluation order, feedthrough, loops and delayed paths of a system."""
     master = experiment.master or Explicit()
-    wiring = master.timed(wire(system, read_descriptions(system, locate)))
+    wired = wire(system, read_descriptions(system, locate))
+    happenings.refuse(system, experiment, wired)
+    wiring = master.timed(wired)
     stop = exact_seconds(experiment.stop_time, "stop_time")
     step = exact_seconds(experiment.communication_step_size, "communication_step_size")
     times = f"{written(stop)} in steps of {written(step)}"
@@ -47,8 +49,8 @@ def write_system(system: System, experiment: Experiment, locate: Locate) -> None
     if system.inputs:
         fed = [(name, str(signal)) for name, signal in system.inputs.items()]
         console.write_table(("input", "signal"), fed)
-    if experiment.faults:
-        console.write("\n".join(f"fault: {fault.words()}" for fault in experiment.faults))
+    if happens := happenings.lines(experiment):
+        console.write("\n".join(happens))
     lines = ["", "start values that nothing sets (those of one FMU: adcs show FMU):"]
     lines += [line for name in order for line in _left_alone(name, wiring)] or ["  none"]
     lines += ["", "internal steps, set by solver.step or, where that is 0, found by the FMU at its start:"]

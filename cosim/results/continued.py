@@ -58,7 +58,7 @@ def reopened(path: Path, schema: pa.Schema, rows: int) -> FileIO:
             if whole == rows:
                 break
         if whole + (rest.num_rows if rest is not None else 0) < rows:
-            raise ResultUnreadable(path, f"it has {whole} rows, {rows} belong to the checkpoint")
+            raise ResultUnreadable(path, f"it has {whole} rows, {rows} were there before the checkpoint")
         file.truncate(end)
         file.seek(end)
         if rest is not None and rest.num_rows:

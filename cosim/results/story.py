@@ -12,7 +12,7 @@ from cosim.errors import ResultBusy, ResultExists, ResultUnreadable, ResultUnwri
 from cosim.results import process, runinfo
 from cosim.results.claim import claimed
 from cosim.results.folder import clear, holds_result, write_info
-from cosim.results.names import INFO, STREAM
+from cosim.results.names import CHECKPOINT, INFO, STREAM
 from cosim.slaves import breadcrumb
 
 _log = logging.getLogger(__name__)
@@ -124,7 +124,7 @@ def settle(folder: Path) -> dict[str, Any]:
 def refuse_existing(folder: Path) -> None:
     """Raise `ResultExists`, with how its run ended, if a folder holds a result."""
     if holds_result(folder):
-        raise ResultExists(folder, _left_behind(folder))
+        raise ResultExists(folder, _left_behind(folder), (folder / CHECKPOINT).exists())
 
 
 def replace(folder: Path) -> None:

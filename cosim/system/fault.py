@@ -17,7 +17,7 @@ from fractions import Fraction
 from typing import Any, Literal
 
 from cosim.errors import SimulationError, UnknownName
-from cosim.system.value import Value, plain
+from cosim.system.value import as_written, plain
 from cosim.time import Seconds, exact_seconds, written
 
 Kind = Literal["bias", "scale", "stuck", "dropout", "delay", "noise", "quantisation", "parameter", "freeze"]
@@ -94,7 +94,7 @@ class Fault:
     def words(self) -> str:
         """Return all of it: "scale of plant.tau_B, factor 0.5, from 50 s to 80 s"."""
         quantity = QUANTITIES[self.kind]
-        parts = [f"{self.kind} of {self.on}", *([f"{quantity} {self._written()}"] if quantity else [])]
+        parts = [f"{self.kind} of {self.on}", *([f"{quantity} {as_written(self.value)}"] if quantity else [])]
         end = f" to {written(self.ends)}" if self.ends is not None else ""
         return ", ".join([*parts, f"from {written(self.begins)}{end}"])
 
@@ -122,14 +122,7 @@ class Fault:
 
     def told(self) -> dict[str, Any]:
         """Return what run.json says of it."""
-        quantity = {QUANTITIES[self.kind]: self._written()} if QUANTITIES[self.kind] else {}
+        quantity = {QUANTITIES[self.kind]: as_written(self.value)} if QUANTITIES[self.kind] else {}
         seed = {"seed": self.seed} if self.kind == "noise" else {}
         times = {"from": float(self.begins), "until": None if self.ends is None else float(self.ends)}
         return {"kind": self.kind, "on": self.on, **quantity, **seed, **times, "words": self.words()}
-
-    def _written(self) -> Any:
-        """Return the value as one writes it."""
-        value = self.value
-        if not isinstance(value, Value):
-            return value
-        return value.text or (value.value if value.unit is None else f"{value.value} {value.unit}")

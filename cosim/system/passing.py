@@ -70,7 +70,8 @@ def _links(wiring: Wiring, fault: Fault) -> list[Link]:
     links = _into(wiring, fault, target, b, targets)
     others = [link for link in links if link.source not in {Port(a, element) for element in sources.elements}]
     if others:
-        raise FaultError(str(fault), f"{others[0].target} is connected to {others[0].source}, not to {source}")
+        problem = f"{others[0].target} is connected to {others[0].source}, not to {source}"
+        raise FaultError(str(fault), problem, f"Leave out the source: {target}.")
     return links
 
 

@@ -11,9 +11,9 @@ from cosim.system.component import Component
 from cosim.system.fault import Fault
 from cosim.system.reference import name_of, reference_of
 from cosim.system.timing import Timing
-from cosim.system.value import Value, plain
+from cosim.system.value import Value, as_written, plain
 from cosim.system.wiring import Wiring
-from cosim.time import Seconds
+from cosim.time import Seconds, exact_seconds, written
 from fmus.description import html
 from fmus.description.units import Conversion
 
@@ -157,6 +157,11 @@ class At:
     def __post_init__(self) -> None:
         """Copy what the caller could change later, make arrays plain."""
         object.__setattr__(self, "values", {name: plain(value) for name, value in self.values.items()})
+
+    def words(self) -> str:
+        """Return all of it: "at 50 s controller.kp = 30"."""
+        values = ", ".join(f"{name} = {as_written(value)}" for name, value in self.values.items())
+        return f"at {written(exact_seconds(self.time, 'the time of an event'))} {values}"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -42,6 +42,13 @@ def plain(value: Any) -> Any:
     return value
 
 
+def as_written(value: Any) -> Any:
+    """Return a value as one writes it: with its unit, as a text."""
+    if not isinstance(value, Value):
+        return value
+    return value.text or (value.value if value.unit is None else f"{value.value} {value.unit}")
+
+
 def unquoted(text: str) -> str:
     """Return a text without the quotes around it, which keep a text that looks like a number a text."""
     bare = text.strip()

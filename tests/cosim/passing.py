@@ -1,9 +1,9 @@
-"""Two units of which one passes a value on, and follows what the other makes of it.
+"""Units that pass values on: one follows what others make of it.
 
 Source: none needed.
 """
 
-from components.framework import Component, Input, Output, State
+from components.framework import Component, Input, Output, Parameter, State
 
 
 class Passer(Component):
@@ -29,3 +29,13 @@ class Doubler(Component):
 
     def outputs(self, t, x, u, p):
         return {"y": 2 * u.u}
+
+
+class Level(Component):
+    """y = level."""
+
+    level = Parameter(unit="m/s", start=1.0, tunable=True, doc="what is told")
+    y = Output(unit="m/s", doc="told")
+
+    def outputs(self, t, x, u, p):
+        return {"y": p.level}

@@ -198,7 +198,9 @@ class TestExactSeconds:
     def test_what_is_meant(self, given, meant):
         assert exact_seconds(given, "t") == meant
 
-    @pytest.mark.parametrize("given", [math.pi, 1e-10, math.inf, math.nan, True, Fraction(1, 10**9 + 1), 2**-40])
+    @pytest.mark.parametrize(
+        "given", [math.pi, 1e-10, math.inf, math.nan, True, Fraction(1, 10**9 + 1), 2**-40, "50 s", [1], None]
+    )
     def test_what_means_nothing(self, given):
         with pytest.raises(TimeError, match=r"^t is .*\. Times are whole nanoseconds or fractions: 0\.001, Fraction"):
             exact_seconds(given, "t")

@@ -65,7 +65,7 @@ def draw_papers(runs: "Mapping[str, Result]", locate: Locate, published: "Mappin
 def _of_paper(
     owner: Paper, mine: "Mapping[str, Result]", locate: Locate, published: "Mapping[str, Result]", notes: list[str]
 ) -> "dict[str, Figure]":
-    from cosim.studies.plots import overlay
+    from cosim.studies.plots import marks, overlay
 
     first: dict[str, str] = {}  # experiment -> the label of its first run
     again: list[str] = []
@@ -90,11 +90,14 @@ def _of_paper(
         more = f" and {len(changed) - MOST_NAMED} more" if len(changed) > MOST_NAMED else ""
         for figure in figures.values():
             overlay.note(figure, f"not as published: {', '.join(changed[:MOST_NAMED])}{more}")
-    return figures
+    return marks.mark(figures, mine)
 
 
 def departures(run: "Result", locate: Locate) -> list[str]:
-    """Return which parameters, held inputs, step or master of a run of a paper's experiment are not as published."""
+    """Return what of a run of a paper's experiment is not as published.
+
+    That is parameters, held inputs, the step, the master, what happens in flight.
+    """
     system, experiment = scenario(run.info["system"])
     wiring = wire(system, {name: read_description(_fmu(run, name, r, locate)) for name, r in system.components.items()})
     known = runinfo.values(wiring, wiring.settings) | runinfo.values(wiring, wiring.held)
@@ -106,6 +109,8 @@ def departures(run: "Result", locate: Locate) -> list[str]:
         found.append("the step")
     if not _same_master(run.info.get("master", {}), experiment.master):
         found.append("the master")
+    happenings = {"events": experiment.events, "faults": experiment.faults}
+    found += [name for name, declared in happenings.items() if run.info.get(name) and not declared]
     return found
 
 

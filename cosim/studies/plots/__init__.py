@@ -6,7 +6,7 @@ clusters.py   wheels and gyros
 estimates.py  sensors and estimators, less the truth
 variables.py  variables by name, the difference of two runs
 overlay.py    one figure over another
-faults.py     lines where faults begin and end
+marks.py      lines where events are, where faults begin and end
 pages.py, shown.py   panels of any variables; their units and the names of their components
 """
 

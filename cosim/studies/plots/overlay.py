@@ -31,8 +31,7 @@ def overlay(figure: Figure, behind: Figure, word: str) -> None:
             other = there.get(_place(ax))
             if other is not None and ax.get_visible():
                 _put_behind(ax, other, word)
-        if figure.legends:
-            style.legend(figure, columns=max(4, len(figure.legends[0].texts)))
+        style.legends_again(figure)
 
 
 def note(figure: Figure, text: str) -> None:
@@ -50,7 +49,6 @@ def exponent_of(label: str) -> int:
 def _put_behind(ax: Axes, other: Axes, word: str) -> None:
     factor = 10.0 ** (exponent_of(other.get_ylabel()) - exponent_of(ax.get_ylabel()))
     own = [line for line in ax.lines if _is_curve(line, ax)]
-    legend = ax.get_legend()
     for line in other.lines:
         if not _is_curve(line, other):
             continue
@@ -67,8 +65,6 @@ def _put_behind(ax: Axes, other: Axes, word: str) -> None:
             zorder=1.5,
             label=label if label.startswith("_") else f"{label}, {word}",
         )
-    if legend is not None:
-        ax.legend(loc="lower left", fontsize=legend.get_texts()[0].get_fontsize())
 
 
 def _is_curve(line: Line2D, ax: Axes) -> bool:

@@ -13,7 +13,7 @@ from cosim.results.result import Result
 from cosim.studies.metrics import attitude_error, first, reference_rate, series, settings, torque
 from cosim.studies.plots.clusters import draw_clusters
 from cosim.studies.plots.estimates import draw_estimates
-from cosim.studies.plots.faults import mark
+from cosim.studies.plots.marks import mark
 from cosim.studies.plots.style import (
     COLOURS,
     GREY,

@@ -25,6 +25,7 @@ LINES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (6, 1.5, 1.2, 1.5)), (0, (1.2,
 GREY = "#606060"
 DPI = 150
 SMALLEST = 5.0  # points of a label
+TIME = "time (s)"
 MARGIN = 0.01  # of a figure's width, left free by its legend
 UNDATED: Mapping[str, dict[str, Any]] = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
 KINDS = tuple(UNDATED)
@@ -120,7 +121,7 @@ def panels(rows: int, columns: int = 1, title: str = "", height: float = 1.75) -
     if title:
         figure.suptitle(title)
     for ax in axes[-1]:
-        ax.set_xlabel("time (s)")
+        ax.set_xlabel(TIME)
     return figure, axes
 
 
@@ -164,10 +165,7 @@ def beyond_linear(ax: Axes, threshold: float, largest: float) -> None:
 
 def legend(figure: Figure, columns: int = 4) -> None:
     """Put one legend under the panels, each label once, in as many columns, `columns` at most, as the page is wide."""
-    entries: dict[str, Any] = {}
-    for ax in figure.axes:
-        handles, labels = ax.get_legend_handles_labels()
-        entries |= {label: handle for handle, label in zip(handles, labels, strict=True) if label not in entries}
+    entries = _entries(figure.axes)
     for older in list(figure.legends):
         older.remove()
     renderer = FigureCanvasAgg(figure).get_renderer()
@@ -176,6 +174,25 @@ def legend(figure: Figure, columns: int = 4) -> None:
         if made.get_window_extent(renderer).width <= (1 - MARGIN) * figure.bbox.width or count == 1:
             return
         made.remove()
+
+
+def legends_again(figure: Figure) -> None:
+    """Make the legends anew that a figure and its panels have, with what has been drawn since."""
+    if figure.legends:
+        legend(figure, columns=max(4, len(figure.legends[0].texts)))
+    for ax in figure.axes:
+        if (own := ax.get_legend()) is not None:
+            entries = _entries([ax])
+            ax.legend(entries.values(), entries.keys(), loc="lower left", fontsize=own.get_texts()[0].get_fontsize())
+
+
+def _entries(axes: Iterable[Axes]) -> dict[str, Any]:
+    """Return what a legend has, label -> handle, each label once."""
+    entries: dict[str, Any] = {}
+    for ax in axes:
+        handles, labels = ax.get_legend_handles_labels()
+        entries |= {label: handle for handle, label in zip(handles, labels, strict=True) if label not in entries}
+    return entries
 
 
 def label(name: str, unit: str | None, exponent: int = 0) -> str:
@@ -210,7 +227,7 @@ def stack(
     fill(axes, traces, names, unit, width)
     for i, ax in enumerate(axes):
         if (i + 1) % len(grid) == 0 or i + 1 == len(axes):
-            ax.set_xlabel("time (s)")
+            ax.set_xlabel(TIME)
             ax.tick_params(labelbottom=True)
     figure.align_ylabels(axes)
     return figure, axes

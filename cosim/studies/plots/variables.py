@@ -11,7 +11,7 @@ from cosim.arrays import FloatArray, IntArray
 from cosim.errors import SimulationError, UnknownName
 from cosim.results.result import Result
 from cosim.studies.metrics import rotations
-from cosim.studies.plots.faults import mark
+from cosim.studies.plots.marks import mark
 from cosim.studies.plots.pages import Panel, Trace, draw_panels
 from cosim.studies.plots.shown import components_of, unit_of
 from cosim.studies.roles import Loop, loops

@@ -45,12 +45,29 @@ def test_several_files(run, folder, adcs):
     assert [float(line.get_xdata()[0]) for line in dashes] == [0.05, 0.1, 1 / 9, 0.15, 0.18]
 
 
-def test_show_tells_those_of_a_scenario(adcs, folder):
-    text = SYSTEM.replace("Experiment,", "Experiment, Fault,").replace(
-        "communication_step_size=0.01", 'communication_step_size=0.01, faults=[Fault("dropout", "damper.v", start=0.1)]'
-    )
-    (folder / "own.py").write_text(text)
-    assert "fault: dropout of damper.v, from 0.1 s" in adcs("show", "own.py").out
+@pytest.fixture
+def happening(folder):
+    """A scenario with an event and a fault."""
+    happens = 'faults=[Fault("dropout", "damper.v", start=0.1)], events=[At(0.15, {"mass.k": Value(3, "1/s2")})]'
+    text = SYSTEM.replace("import Connection, ", "import At, Connection, Fault, Value, ")
+    (folder / "own.py").write_text(text.replace("step_size=0.01", f"step_size=0.01, {happens}"))
+
+
+def test_show_tells_those_of_a_scenario(adcs, happening):
+    """And what it flies for the internal steps is shorter than these times."""
+    text = adcs("show", "own.py").out
+    assert "event: at 0.15 s mass.k = 3 1/s2\nfault: dropout of damper.v, from 0.1 s\n" in text
+    assert "  mass: 0.01 s (automatic)" in text
+
+
+def test_show_tells_and_checks_those_of_files(adcs, folder, happening):
+    (folder / "good.toml").write_text('[[fault]]\ntarget = "mass.f"\nkind = "bias"\nvalue = "0.1 m/s2"\nfrom = "1/9"\n')
+    done = adcs("show", "own.py", "--fault", "good.toml")
+    assert "\nfault: bias of mass.f, value 0.1 m/s2, from 1/9 s\n" in done.out and done.status == 0
+    (folder / "late.toml").write_text('[[fault]]\ntarget = "mass.f"\nkind = "dropout"\nfrom = 3\n')
+    done = adcs("show", "own.py", "--fault", "good.toml", "--fault", "late.toml")
+    assert (done.status, done.out) == (2, "")
+    assert "dropout of mass.f from 3 s: it begins at 3 s, the flight is from 0 s to 0.2 s." in done.err
 
 
 HEAD = '[[fault]]\ntarget = "damper.v"\n'
@@ -61,6 +78,9 @@ HEAD = '[[fault]]\ntarget = "damper.v"\n'
     [
         ("[[fault]", "0.toml: it is no TOML"),
         ("[[faults]]\nfrom = 1", "0.toml: it must have [[fault]] tables and nothing else; there: faults"),
+        ("[fault]\nkind = 'dropout'", "[fault] is one table. Write [[fault]], once for each fault"),
+        ("", "it must have [[fault]] tables and nothing else; there: nothing"),
+        ("\x00", "0.toml: it is no TOML"),
         ("fault = 3", "it must have [[fault]] tables and nothing else; there: fault"),
         (
             '[[fault]]\nkind = "scale"',

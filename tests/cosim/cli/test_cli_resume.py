@@ -44,6 +44,10 @@ def test_further(adcs, left, straight):
     assert found.info["parameters"] == straight.info["parameters"]
 
 
+def test_a_run_into_its_folder_says_how_to_go_on(adcs, left):
+    assert adcs("run", SYSTEM, "--out", "first").err.endswith("To go on with it: adcs run --resume first\n")
+
+
 def test_shown(adcs, left):
     text = adcs("show", "first").out
     assert re.search(

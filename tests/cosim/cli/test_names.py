@@ -2,14 +2,18 @@
 
 import importlib.metadata
 import json
+import os
 import re
+import subprocess
+import sys
 import textwrap
 
 import pytest
 from typer.testing import CliRunner
 
 import cosim
-from components.catalog import CATALOG
+from components.catalog import CATALOG, MODULES
+from cosim import load
 from cosim.cli.commands import app
 from cosim.studies.papers import describe
 
@@ -95,12 +99,34 @@ class TestCompletion:
         assert completed("adcs reproduce z") == ["zhang2018"]
 
     def test_swaps(self, completed):
-        assert completed("adcs run zhang2018-ppatc --use c") == ["controller="]
+        assert completed("adcs run geng2012-compensated --use s") == ["steering=" + name for name in MODULES]
+        assert completed("adcs run geng2012-compensated --use ") == [
+            f"{i}=" for i in load("geng2012-compensated")[0].components
+        ]
         assert completed("adcs run zhang2018-ppatc --use controller=P") == [
             "controller=PID",
             "controller=PrescribedPerformance",
         ]
         assert completed("adcs run mine.py --use c") == []
+
+    @pytest.mark.parametrize("typed", ["", "P"])
+    def test_swaps_as_bash_breaks_them(self, folder, typed):
+        """Its words end at an equals sign; what stands behind is completed alone."""
+        words = ["adcs", "run", "zhang2018-ppatc", "--use", "controller", "=", *[typed] * bool(typed)]
+
+        def completed(words):
+            told = {
+                "COMP_WORDS": "\n".join(words),
+                "COMP_CWORD": str(len(words) - 1),
+                "_ADCS_COMPLETE": "complete_bash",
+            }
+            code = "import sys; sys.argv = ['adcs']; from adcs_cosim import main; main()"
+            done = subprocess.run([sys.executable, "-c", code], env=os.environ | told, capture_output=True, text=True)
+            return done.stdout.split()
+
+        assert completed(words) == [name for name in MODULES if name.startswith(typed)]
+        words[3:5] = ["--set", "controller.k"]
+        assert completed(words) == []
 
 
 class TestNearest:

@@ -16,7 +16,7 @@ from cosim.time import Schedule
 
 from .. import both
 from ..oscillator import Damper, Mass
-from ..passing import Doubler, Passer
+from ..passing import Doubler, Level, Passer
 
 AROUND = System(
     name="around",
@@ -36,6 +36,15 @@ NEWER = replace(
         Connection("mass.v", "doubler.u", "after_step"),
         Connection("doubler.y", "passer.later", "after_step"),
     ],
+)
+CHANGED_LATER = System(
+    name="changed_later",
+    components={"mass": Mass, "passer": Passer, "level": Level},
+    connections=[
+        Connection("mass.v", "passer.now", "at_point"),
+        Connection("level.y", "passer.later", "at_point"),
+    ],
+    held={"mass.f": 0.0},
 )
 OSCILLATOR = System(
     name="oscillator",
@@ -88,6 +97,16 @@ def test_an_input_that_is_what_its_source_has_after_its_step_is_set_again():
 def test_what_an_event_changes_is_set(event):
     """The kernel flies to the event and on from it: what it has set before need not stand."""
     assert flown(OSCILLATOR, event)["mass.x"][-1] != flown(OSCILLATOR)["mass.x"][-1]
+
+
+def test_what_an_event_changes_after_the_reading_of_its_target_is_set():
+    """At the event passer.y is read while level.y is still the old one; in a step no output is read after it."""
+    assert kept(CHANGED_LATER) == {"passer"}
+    result = flown(CHANGED_LATER, At(0.5, {"level.level": 4.0}))
+    t = result.time  # z' = level - z, exactly
+    before = 1 - np.exp(-t)
+    z = np.where(t < 0.5, before, 4 + (1 - np.exp(-0.5) - 4) * np.exp(0.5 - t))
+    assert result["passer.z"] == pytest.approx(z, abs=3e-6)  # RK4: 0.1**5 / 120 |level - z| a step, of ten
 
 
 @pytest.mark.parametrize("capacity", [1, 2, 7, 8, 9, 16, 4096])

@@ -1,6 +1,7 @@
 """Small packages, written where a test needs them: FMUs of a few lines of C, descriptions as one would type them."""
 
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -152,3 +153,21 @@ def refused(path: Path) -> str:
     with pytest.raises(SspError) as caught:
         load(path)
     return str(caught.value)
+
+
+def same(system, other):
+    """Whether systems are equal but for where their FMUs lie."""
+    return replace(other, components=system.components) == system
+
+
+def edited(path, old, new, member="SystemStructure.ssd"):
+    """Change a text in a package, as another tool would."""
+    with zipfile.ZipFile(path) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    text = files[member].decode()
+    assert old in text
+    files[member] = text.replace(old, new).encode()
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, data in files.items():
+            archive.writestr(name, data)
+    return path

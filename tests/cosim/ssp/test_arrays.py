@@ -15,15 +15,16 @@ from .packages import (
     SSP_UNITS,
     bindings,
     connection,
+    edited,
     inline,
     line,
     package,
     parameter_set,
     refused,
+    same,
     structure,
     system,
 )
-from .test_ours import same
 
 pytestmark = pytest.mark.skipif(not tiny_fmu.COMPILED, reason="this FMU is compiled for Linux")
 
@@ -87,8 +88,6 @@ def test_whole_arrays_are_written_by_the_types_of_fmi_3(arrays, exported):
 
 
 def test_a_value_that_another_tool_has_changed(arrays, exported):
-    from .test_ours import edited
-
     path = edited(exported(declared(arrays)), "5.0 8.0 0.0", "5.0 9.0 1.0", "resources/b.ssv")
     found, _ = load(path)
     assert (found.parameters["b.x0[2]"], found.parameters["b.x0[3]"]) == (9.0, 1.0)

@@ -21,8 +21,7 @@ from cosim.ssp.errors import SspError
 from cosim.ssp.write import write
 
 from ..c_fmu import boolean, build, enumeration, integer, real
-from .packages import ITEMS, line, refused
-from .test_ours import edited, same
+from .packages import ITEMS, edited, line, refused, same
 
 TIME = [0.0, 0.3, 1.1, 2.0]
 RAMP, STEPS = [0.5, -1.0, 2.0, 4.0], [0.0, 2.0, -1.0, 3.0]

@@ -35,7 +35,10 @@ def refused(prepared, *faults, kind=WiringErrors, **more):
     [
         (("scale", "mas.v", 2.0), 'unknown component "mas" in fault scale of mas.v from 0.5 s. Did you mean "mass"?'),
         (("scale", "damper.w -> mass.f", 2.0), 'unknown variable "w" in component "damper"'),
-        (("scale", "mass.v -> mass.f", 2.0), "mass.f is connected to damper.f, not to mass.v"),
+        (
+            ("scale", "mass.v -> mass.f", 2.0),
+            "mass.f is connected to damper.f, not to mass.v. Leave out the source: mass.f.",
+        ),
         (
             ("scale", "damper.c", 2.0),
             'damper.c is no input, but parameter: no connection ends there. Its kind is "para',

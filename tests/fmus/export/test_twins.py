@@ -6,6 +6,7 @@ import pytest
 from components.catalog import CATALOG
 from cosim.errors import CallFailed
 from cosim.slaves.fmi2 import FmuSlave
+from fmus import toolchain
 from fmus.export.build import build
 from fmus.export.python.in_process import InProcessSlave
 
@@ -67,6 +68,17 @@ def test_the_three_slaves_give_one_trajectory(name, slaves):
     largest = np.maximum(np.abs(native).max(axis=0), 1e-300)
     assert np.max(np.abs(python - native) / largest, initial=0) < 1e-12
     assert np.max(np.abs(in_process - native) / largest, initial=0) < 1e-12
+
+
+@pytest.mark.parametrize("name", ["FlexibleSpacecraft", "PrescribedPerformance"])
+def test_the_compiler_s_optimisation_leaves_the_bits(name, slaves, tmp_path, monkeypatch):
+    """Sums stay in the order in which they are written, and no product is fused with one."""
+    assert "-O3" in toolchain.FLAGS
+    optimised = fly(start(slaves("native", name)), STEPS)
+    monkeypatch.setattr(toolchain, "FLAGS", tuple("-O0" if flag == "-O3" else flag for flag in toolchain.FLAGS))
+    plain = FmuSlave("unit", build(COMPONENTS[name](), tmp_path / "plain.fmu", "native"))
+    plain.instantiate()
+    assert fly(start(plain), STEPS).tobytes() == optimised.tobytes()
 
 
 @pytest.mark.parametrize("kind", KINDS)

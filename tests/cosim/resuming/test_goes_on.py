@@ -11,13 +11,13 @@ from cosim.masters.explicit import Explicit
 from cosim.masters.iterated import Iterated
 from cosim.system import At, Connection, Experiment, Signal, System, Value
 
-from . import both, slope_fmus
-from .arrays_fmu import build as build_arrays
-from .interrupted import assert_goes_on
-from .oscillator import Damper, Mass, SampledDamper
-from .typed_fmu import NAMES, typed
-from .walking import Walk
-from .wheel import TorqueBody, Wheel
+from .. import both
+from ..arrays_fmu import build as build_arrays
+from ..interrupted import assert_goes_on, go_on, taken
+from ..oscillator import Damper, Mass, SampledDamper
+from ..typed_fmu import NAMES, typed
+from ..walking import Walk
+from ..wheel import TorqueBody, Wheel
 
 NATIVE = Library("native")
 
@@ -25,11 +25,6 @@ NATIVE = Library("native")
 @pytest.fixture(scope="module")
 def fmu(tmp_path_factory):
     return typed(tmp_path_factory.mktemp("typed"))
-
-
-@pytest.fixture(scope="module")
-def slopes(tmp_path_factory):
-    return slope_fmus.made(tmp_path_factory.mktemp("slopes"))
 
 
 def all_types(fmu, **more):
@@ -165,6 +160,16 @@ class TestImplicit:
 def test_rows_that_were_written_as_text_or_for_matlab(fmu, tmp_path, format):
     """The finished run of `assert_goes_on` is cut from that file."""
     assert_goes_on(all_types(fmu), both.experiment(stop=1.0, loop="always"), tmp_path, 0.25, format=format)
+
+
+@pytest.mark.parametrize("loop", both.LOOPS)
+def test_from_the_start(fmu, tmp_path, loop):
+    """The first checkpoint is before the first step, and no row is before it."""
+    setup = both.experiment(loop=loop)
+    straight, shots = taken(all_types(fmu), setup, tmp_path, 0.25)
+    again = go_on(shots[1], shots[0], tmp_path / "again")
+    both.assert_same(straight, again)
+    assert again.info["resumed_at"] == 0
 
 
 def test_the_folder_has_the_checkpoint_and_what_flew(fmu, tmp_path):

@@ -17,17 +17,17 @@ from cosim.results.checkpoint import Checkpoint
 from cosim.results.names import CHECKPOINT, INFO
 from cosim.results.result import Result
 
-from . import both
-from .c_fmu import build, real
-from .typed_fmu import NAMES, typed
+from .. import both
+from ..c_fmu import build, real
+from ..typed_fmu import NAMES, typed
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are sent to a process")
 
 PROGRAM = """
 import sys
 from cosim import flights, resuming
-from tests.cosim.test_resumed_processes import system, setup
+from tests.cosim.resuming.test_processes import system, setup
 
 if sys.argv[1] == "begin":
     flights.simulate(system({fmu!r}), setup({loop!r}, {stop}), out="out", checkpoint={every})
