@@ -79,7 +79,9 @@ def pairs(folder: Path, count: int) -> Loop:
         wires += [((f"body{i}", name), (f"law{i}", name)) for name in ("angle", "rate")]
         wires.append(((f"law{i}", "tau"), (f"body{i}", "tau")))
     # 500 s at most: the loop decays with .14 1/s, and numbers below 1e-308 would slow it down
-    return Loop(f"{count} FMUs", fmus, wires, [("body0", "angle"), ("body0", "rate")], 1e-3, 1_000_000 // count)
+    steps = {2: 8_000_000, 40: 1_500_000}.get(count, 1_000_000 // count)
+    step = min(1e-3, 500 / steps)
+    return Loop(f"{count} FMUs", fmus, wires, [("body0", "angle"), ("body0", "rate")], step, steps)
 
 
 def paper(folder: Path, name: str, stop: float = 20.0) -> Loop:

@@ -11,12 +11,6 @@
 #include <math.h>
 #include <string.h>
 
-#if defined(_WIN32)
-#define EXPORT __declspec(dllexport)
-#else
-#define EXPORT __attribute__((visibility("default")))
-#endif
-
 #include "structures.h"
 #include "texts.h"
 #include "points.h"
@@ -144,6 +138,7 @@ static int step(Run *r, integer k, double t, double h)
     return 0;
 }
 
+#include "values.h"
 #include "waves.h"
 #include "iterated.h"
 #include "signals.h"
@@ -196,6 +191,7 @@ EXPORT int kernel_run(Run *r, integer until, double seconds, double *rows, integ
         if (r->component[i].period < 1) return -1;
     next_row = next_recorded(r, r->done);
     r->underway = 0;
+    r->careful = careful;
     while (r->done < until && *count < capacity && !*r->stop_asked) {
         if (r->stop_slot >= 0 && r->point[r->stop_slot] > FLAG) break;
         if (has_ended(r)) break;

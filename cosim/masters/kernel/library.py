@@ -34,6 +34,7 @@ SOURCES = tuple(
         "calls.h",
         "inputs.h",
         "pass.h",
+        "values.h",
         "waves.h",
         "pending.h",
         "ends.h",
@@ -54,24 +55,40 @@ _loaded: dict[Path, ctypes.CDLL] = {}
 
 
 def library() -> ctypes.CDLL:
-    """Return the kernel; raises `BuildError` where it cannot be compiled.
+    """Return the kernel; raises `BuildError` where it cannot be compiled."""
+    folder, name = SOURCES[0].parent, SOURCES[0].name
+    return kept(f"kernel-{key()}", lambda path: compile_library(folder, name, path), _declared)
+
+
+def kept(name: str, make: Callable[[Path], None], declared: Callable[[ctypes.CDLL], ctypes.CDLL]) -> ctypes.CDLL:
+    """Return a library of this package that `make` compiles where it is not on the disk; raises `BuildError`.
 
     A file that is empty, cut, damaged, or of other structures than this process has is compiled anew, with a line.
+    `declared` raises AttributeError for another library.
     """
     with _lock:
-        path = places.kernel() / f"kernel-{_key()}{'.dll' if os.name == 'nt' else '.so'}"
+        path = _path(name)
         if path not in _loaded:
-            found = _load(path)
+            found = _load(path, declared)
             if found is None:
                 if path.is_file() and _seal(path).is_file():  # before the seal is written it is nobody's fault
                     _log.warning("the kernel %s is damaged, or of another version: it is compiled anew", path)
-                compile_library(SOURCES[0].parent, SOURCES[0].name, path)  # replaces the file, also of other processes
+                make(path)  # replaces the file, also of other processes
                 _write_seal(path)
-                found = _load(path)
+                found = _load(path, declared)
             if found is None:
                 raise BuildError(f"{path} was compiled, but cannot be loaded. Is $CC a compiler for this machine?")
             _loaded[path] = found
         return _loaded[path]
+
+
+def is_kept(name: str) -> bool:
+    """Whether a library of this package has been compiled."""
+    return _path(name).is_file()
+
+
+def _path(name: str) -> Path:
+    return places.kernel() / f"{name}{'.dll' if os.name == 'nt' else '.so'}"
 
 
 def why_python(wanted: str, obstacle: Callable[[], str]) -> str:
@@ -147,12 +164,13 @@ def obstacle(slaves: Mapping[str, Slave]) -> str:
 
 
 @cache
-def _key() -> str:
+def key() -> str:
+    """Return what tells these sources, on this kind of machine, from others."""
     parts = [*(source.read_bytes() for source in SOURCES), f"{sys.platform} {machine()}".encode()]
     return hashlib.sha256(b"\0".join(parts)).hexdigest()[:16]
 
 
-def _load(path: Path) -> ctypes.CDLL | None:
+def _load(path: Path, declared: Callable[[ctypes.CDLL], ctypes.CDLL]) -> ctypes.CDLL | None:
     """Return the library of a file, None if it is not whole, not loadable, or not of this process's structures."""
     try:
         if _seal(path).read_bytes() != _digest(path):
@@ -162,7 +180,7 @@ def _load(path: Path) -> ctypes.CDLL | None:
         return None
     with suppress(AttributeError):  # another library
         if _layout(found) == list(sizes_and_offsets()):
-            return _declared(found)
+            return declared(found)
     # while it is loaded, its path means it and not the file that is there now
     fmpy.freeLibrary(found._handle)  # pyright: ignore[reportPrivateUsage]
     return None

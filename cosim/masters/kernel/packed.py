@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from cosim.arrays import BoolArray, FloatArray, IntArray
 from cosim.masters.faults import Passage
 from cosim.masters.implicit.plan import Loop, Plan
+from cosim.masters.kernel import unrolled
 from cosim.masters.kernel.kept import Kept
 from cosim.masters.kernel.structures import (
     CALLS,
@@ -68,8 +69,8 @@ class Packed:
             passes[place].kept = not passes[place].slopes
         even = self._all_step and not schedule.dividing and plan is None
         straight = even and all(each.straight and not each.slopes for each in passes)
-        waves = [wave_structure(wave, self._kept) for wave in together(passes)] if straight else []
-        inputs = layout.inputs
+        waves = list(together(passes)) if straight else []
+        inputs, addresses = layout.inputs, (self.point.ctypes.data, self.newest.ctypes.data)
         self.run = RunStructure(
             **{name: getattr(schedule, name) for name in ("start", "stop", "step", "denominator", "every", "steps")},
             divisions=len(schedule.dividing),
@@ -85,10 +86,13 @@ class Packed:
             refresh=self._kept.structures(ReadingStructure, readings),
             size=layout.size,
             owned=layout.held,
-            **{name: getattr(self, name).ctypes.data for name in ("point", "newest", "next")},
+            point=addresses[0],
+            newest=addresses[1],
+            next=self.next.ctypes.data,
             all_step=self._all_step,
             waves=len(waves),
-            wave=self._kept.structures(WaveStructure, waves),
+            wave=self._kept.structures(WaveStructure, [wave_structure(wave, self._kept) for wave in waves]),
+            unrolled=unrolled.function(waves, schedule.steps, *addresses, layout.held),
             inputs=len(inputs.links),
             input_slot=self._kept.array(inputs.slots, np.int64),
             input_source=self._kept.array(inputs.source, np.int64),

@@ -2,6 +2,12 @@
  * compares. */
 #include <stddef.h>
 
+#if defined(_WIN32)
+#define EXPORT __declspec(dllexport)
+#else
+#define EXPORT __attribute__((visibility("default")))
+#endif
+
 typedef long long integer;
 typedef int (*SetReal)(void *, const unsigned *, size_t, const double *);
 typedef int (*GetReal)(void *, const unsigned *, size_t, double *);
@@ -176,6 +182,9 @@ typedef struct {
     integer count;
 } Call;
 
+enum { SETTING, STEPPING, GETTING, PHASES };         /* of a wave */
+enum { FINE = 0, LOOK = 1, FAILED = 2 };             /* how it went; LOOK: something is to be looked at after the step */
+
 /* Passes that take nothing from one another. */
 typedef struct {
     integer first, wires, sets, steps, gets, slots; /* first: pass; slots: among which are all that they read */
@@ -202,7 +211,7 @@ typedef struct {
     integer *place, places; /* hash table of numbers, -1: free; `places` is a power of two */
 } Texts;
 
-typedef struct {
+typedef struct Run {
     integer start, stop, step, denominator, every, steps; /* times in units of 1/denominator s */
     integer divisions, events; /* events within steps: their points and counts; the points of all events */
     const integer *divided_at, *dividing, *event_point;
@@ -217,6 +226,8 @@ typedef struct {
     integer all_step;              /* whether every component steps in every communication step */
     integer waves;                 /* 0: there is a pass that is not straight or has slopes, or a step that is divided */
     const Wave *wave;
+    int (*unrolled)(struct Run *, integer, double *); /* steps_in_waves of this run, NULL: no such is made */
+    int (*careful)(struct Run *, const Wave *, double, double, int, integer, int); /* what that calls */
     /* the own slots of all connected inputs, see layout.Inputs */
     integer inputs;
     const integer *input_slot, *input_source;
@@ -331,7 +342,7 @@ static const integer layout[] = {
     (integer)sizeof(Run), F(Run, start), F(Run, stop), F(Run, step), F(Run, denominator), F(Run, every),
     F(Run, steps), F(Run, divisions), F(Run, events), F(Run, divided_at), F(Run, dividing), F(Run, event_point),
     F(Run, components), F(Run, component), F(Run, refreshes), F(Run, refresh), F(Run, size), F(Run, owned),
-    F(Run, point), F(Run, newest), F(Run, next), F(Run, passes), F(Run, first_pass), F(Run, all_step), F(Run, waves), F(Run, wave), F(Run, inputs), F(Run, input_slot),
+    F(Run, point), F(Run, newest), F(Run, next), F(Run, passes), F(Run, first_pass), F(Run, all_step), F(Run, waves), F(Run, wave), F(Run, unrolled), F(Run, careful), F(Run, inputs), F(Run, input_slot),
     F(Run, input_source), F(Run, input_factor), F(Run, input_addend), F(Run, columns), F(Run, column_slot),
     F(Run, stop_slot), F(Run, stop_asked), F(Run, texts), F(Run, pending_timeout), F(Run, stages), F(Run, stage), F(Run, loop), F(Run, tolerance),
     F(Run, memory_size), F(Run, memory), F(Run, memory_next), F(Run, evaluations), F(Run, stuck), F(Run, done),

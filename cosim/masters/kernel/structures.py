@@ -164,7 +164,7 @@ class RunStructure(ctypes.Structure):
         *_integers("passes"),
         *_pointers("first_pass"),
         *_integers("all_step", "waves"),
-        *_pointers("wave"),
+        *_pointers("wave", "unrolled", "careful"),
         *_integers("inputs"),
         *_pointers("input_slot", "input_source", "input_factor", "input_addend"),
         *_integers("columns"),

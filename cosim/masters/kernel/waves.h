@@ -5,15 +5,6 @@
  * on what one FMU computes while it calls others. What is computed is the same as one by one. So is the failure that is
  * told, that of the first pass: where one fails, only those before it go on. */
 
-#if defined(__GNUC__)
-#define RARELY(condition) __builtin_expect(!!(condition), 0)
-#else
-#define RARELY(condition) (condition)
-#endif
-
-enum { FINE = 0, LOOK = 1, FAILED = 2 }; /* how a wave went; LOOK: something is to be looked at after the step */
-enum { FEW = 16 };           /* so few values are taken one by one: wider loads would wait for what has just been written */
-
 /* How many calls are of passes before `place`. */
 static integer calls_before(const Call *call, integer calls, integer place)
 {
@@ -33,18 +24,35 @@ static int refuse_in(Run *r, const Wave *w)
     }
 }
 
-/* Whether there is a value that must be finite and is not: all bits of its exponent are set, one more carries over. */
-static inline int any_not_finite(const Wave *w)
+static int made(Run *r, int phase, const Call *c, double t, double h)
 {
-    const integer *mask = w->finite, *value = (const integer *)w->value;
-    unsigned long long carried = 0;
-    integer i;
-    if (w->slots < FEW)
-        for (i = 0; i < w->slots; i++)
-            carried |= (unsigned long long)(((const volatile integer *)value)[i] & mask[i]) + (1ull << 52);
-    else
-        for (i = 0; i < w->slots; i++) carried |= (unsigned long long)(value[i] & mask[i]) + (1ull << 52);
-    return (int)(carried >> 63);
+    r->calling = c->calling;
+    if (phase == SETTING) return c->function.set(c->instance, c->references, (size_t)c->count, c->value);
+    if (phase == STEPPING) return c->function.step(c->instance, t, h, 1);
+    return c->function.get(c->instance, c->references, (size_t)c->count, c->value);
+}
+
+/* The rest of a wave of which call i of a phase has returned a status that is not OK. */
+static int careful(Run *r, const Wave *w, double t, double h, int phase, integer i, int status)
+{
+    const Call *const call[PHASES] = {w->set, w->step, w->get};
+    integer calls[PHASES];
+    int outcome = LOOK;
+    calls[SETTING] = w->sets, calls[STEPPING] = w->steps, calls[GETTING] = w->gets;
+    for (; phase < PHASES; phase++, i = 0) {
+        for (; i < calls[phase]; i++, status = OK) {
+            const Call *c = &call[phase][i];
+            int later, fails;
+            if (status == OK) status = made(r, phase, c, t, h);
+            if (status == OK) continue;
+            fails = phase == STEPPING ? not_ok(r, CALLING_COMPONENT(c->calling), status, t, h) : returned_not_ok(r, status);
+            if (!fails) continue;
+            outcome = FAILED;
+            for (later = phase; later < PHASES; later++) calls[later] = calls_before(call[later], calls[later], c->place);
+        }
+    }
+    if (any_not_finite(w)) refuse_in(r, w), outcome = FAILED;
+    return outcome;
 }
 
 static inline void put_on_all(const Wave *w)
@@ -58,53 +66,27 @@ static inline void put_on_all(const Wave *w)
 
 static inline int go_together(Run *r, const Wave *w, double t, double h)
 {
-    integer steps = w->steps, gets = w->gets, i;
-    int outcome = FINE, status;
     const Call *c;
+    integer i;
+    int status;
     put_on_all(w);
     for (c = w->set, i = w->sets; i; c++, i--) {
         r->calling = c->calling;
         status = c->function.set(c->instance, c->references, (size_t)c->count, c->value);
-        if (RARELY(status != OK) && returned_not_ok(r, status)) {
-            outcome = FAILED;
-            steps = calls_before(w->step, steps, c->place);
-            gets = calls_before(w->get, gets, c->place);
-            break;
-        }
+        if (RARELY(status != OK)) return careful(r, w, t, h, SETTING, c - w->set, status);
     }
-    for (c = w->step, i = steps; i; c++, i--) {
+    for (c = w->step, i = w->steps; i; c++, i--) {
         r->calling = c->calling;
         status = c->function.step(c->instance, t, h, 1);
-        if (RARELY(status != OK)) {
-            if (outcome == FINE) outcome = LOOK;
-            if (not_ok(r, CALLING_COMPONENT(c->calling), status, t, h)) {
-                outcome = FAILED;
-                gets = calls_before(w->get, gets, c->place);
-                break;
-            }
-        }
+        if (RARELY(status != OK)) return careful(r, w, t, h, STEPPING, c - w->step, status);
     }
-    for (c = w->get, i = gets; i; c++, i--) {
+    for (c = w->get, i = w->gets; i; c++, i--) {
         r->calling = c->calling;
         status = c->function.get(c->instance, c->references, (size_t)c->count, c->value);
-        if (RARELY(status != OK) && returned_not_ok(r, status)) {
-            outcome = FAILED;
-            break;
-        }
+        if (RARELY(status != OK)) return careful(r, w, t, h, GETTING, c - w->get, status);
     }
-    if (RARELY(any_not_finite(w))) refuse_in(r, w), outcome = FAILED;
-    return outcome;
-}
-
-static inline void show_all(Run *r)
-{
-    const double *newest = r->newest;
-    double *point = r->point;
-    integer i;
-    if (r->owned < FEW)
-        for (i = 0; i < r->owned; i++) ((volatile double *)point)[i] = newest[i];
-    else
-        memcpy(point, newest, (size_t)r->owned * sizeof *point);
+    if (RARELY(any_not_finite(w))) return refuse_in(r, w), FAILED;
+    return FINE;
 }
 
 /* Take steps from r->done, at *t, towards communication point `end`, at least one, to the first point at which something
@@ -125,6 +107,7 @@ static int steps_in_waves(Run *r, integer end, double *t)
         return 0;
     }
     if (end == r->steps) end--;
+    if (r->unrolled) return r->unrolled(r, end, t);
     while (r->done < end && !*r->stop_asked) {
         const double next = (double)(at += size) / denominator;
         int outcome = FINE;

@@ -34,11 +34,15 @@ class Straight:
         finite = (ctypes.c_longlong * its.finite).from_address(its.finite_value) if its.finite else []
         self.finite: IntArray = np.array(finite, dtype=np.int64)
 
+    def calling(self, kind: int) -> int:
+        """Return the number of one of its calls."""
+        return self.its.component << 8 | kind << 4
+
     def call(self, kind: int, function: int, references: int = 0, value: int = 0, count: int = 0) -> CallStructure:
         """Return one of its calls."""
         return CallStructure(
             place=self.place,
-            calling=self.its.component << 8 | kind << 4,
+            calling=self.calling(kind),
             instance=self.its.instance,
             function=function,
             references=references,

@@ -57,7 +57,7 @@ flight.time = CpuClock
 few = max(loop.steps // 10, 10)
 with prepare(system) as prepared, tempfile.TemporaryDirectory() as place:
     out = Path(place) / "run" if record else None
-    fly(prepared, few, out)  # what is loaded once
+    fly(prepared, loop.steps, out)  # what is loaded and compiled once
     short = min(fly(prepared, few, out)[0] for _ in range(FLIGHTS))
     flights = [fly(prepared, loop.steps, out) for _ in range(FLIGHTS)]
 taken = (min(seconds for seconds, _ in flights) - short) * loop.steps / (loop.steps - few)
