@@ -21,7 +21,6 @@ class Motion:
         self._turn, self._slots, self._span, self._given_ends = turn, slots, span, ends
         told = turn.derivatives
         self.derivatives: FloatArray = np.zeros(len(told.position))
-        self._factor, self._h = turn.component.inputs.factor[told.position], np.zeros(())
         self.calls = list[Ready]()
         if told.places[LINE].size:
             self.calls.append(self._lines(told.places[LINE]))
@@ -30,8 +29,9 @@ class Motion:
         for form, vector in ((SLOT, POINT), (SIGNAL_SLOT, NEWEST)):
             if told.places[form].size:
                 self.calls.append(self._told(told.places[form], vector))
-        if (self._factor != 1).any():
-            self.calls.append(self._scale)
+        factor = turn.component.inputs.factor[told.position]
+        if (factor != 1).any():
+            self.calls.append(_scaling(self.derivatives, factor))
 
     def _lines(self, places: IntArray) -> Ready:
         """Return what finds the slopes of the lines between both ends."""
@@ -45,7 +45,7 @@ class Motion:
 
     def _curves(self) -> Ready:
         """Return what finds the derivatives of the curves through both ends, of the first three orders."""
-        found, span, h = self.derivatives, self._span, self._h
+        found, span, h = self.derivatives, self._span, np.zeros(())
         first, second, third = self._turn.derivatives.curves
         ends_at = self._ends(self._turn.derivatives.position[first])
 
@@ -70,9 +70,6 @@ class Motion:
 
         return find if vector == NEWEST else find_known
 
-    def _scale(self) -> None:
-        self.derivatives *= self._factor
-
     def _ends(self, at: IntArray) -> EndsOf:
         """Return what gives the ends of the inputs at some places."""
         turn, slots = self._turn, self._slots
@@ -80,3 +77,12 @@ class Motion:
             return ends_of(turn, slots, at)
         whole = seen(turn, slots, self._given_ends or ends_of(turn, slots))
         return lambda k: Ends(*(part[at] for part in whole(k)))
+
+
+def _scaling(derivatives: FloatArray, factor: FloatArray) -> Ready:
+    """Return what multiplies derivatives of sources by the factors of the inputs."""
+
+    def scale() -> None:
+        np.multiply(derivatives, factor, derivatives)
+
+    return scale

@@ -66,8 +66,7 @@ class Evaluation:
             self._set_slopes = [self._find_slopes, slope_writer(slave, references, orders, self._slopes)]
         self._all = [*self._set, *self._set_slopes, *readers(slave, reading.groups, slots), *self._read_slopes]
         self._groups = [place(group.slots) for group in reading.groups]
-        finite = np.concatenate([group.finite for group in reading.groups])
-        self._check = finiteness(slots.newest, finite, self._refuse)
+        self._are_finite = finiteness(slots.newest, np.concatenate([group.finite for group in reading.groups]))
 
     def evaluate(self, k: int, now: float) -> None:
         """Read the outputs again, and slopes where they are told."""
@@ -105,7 +104,8 @@ class Evaluation:
     def finish(self) -> None:
         """Refuse values that are not finite, make the others those of the point, take differences."""
         coming, newest = self._slots.coming, self._slots.newest
-        self._check()
+        if not self._are_finite():
+            refuse_not_finite(self._turn, self._slave, *self._step(), self.reading.groups, newest)
         for group in self._groups:
             coming[group] = newest[group]
         differences = self._turn.component.outputs.differences
@@ -116,9 +116,6 @@ class Evaluation:
         outputs.pass_on(self._slots.point, newest, self.now)
         for passage in outputs.passages:
             coming[passage.slots] = newest[passage.slots]
-
-    def _refuse(self) -> None:
-        refuse_not_finite(self._turn, self._slave, *self._step(), self.reading.groups, self._slots.newest)
 
     def _step(self) -> tuple[float, float]:
         """Return start and size of the step that the component has taken to the point, s."""

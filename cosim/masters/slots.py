@@ -111,23 +111,18 @@ def conversion(inputs: Inputs, slots: Slots, sources: IntArray, values: FloatArr
     return convert
 
 
-def finiteness(vector: FloatArray, slots: IntArray, doubt: Callable[[], None]) -> Callable[[], None]:
-    """Return what calls `doubt` where some slots of a vector may not be finite.
+def finiteness(vector: FloatArray, slots: IntArray) -> Callable[[], bool]:
+    """Return what tells whether some slots of a vector are finite for sure.
 
-    Each has to be asked then: what is looked at may be their sum, which can be infinite where they are not.
+    Where it says no, each has to be asked: of not too many it is their sum, which may be infinite where they are not.
     """
     where, take = place(slots), vector.take
     numbers = vector[where]  # a view where they follow each other
     terms, apart = numbers.data, not isinstance(where, slice)
 
-    def check_sum() -> None:
+    def is_sum_finite() -> bool:
         if apart:
             take(slots, None, numbers, "clip")
-        if not isfinite(sum(terms)):
-            doubt()
+        return isfinite(sum(terms))
 
-    def check_each() -> None:
-        if not np.isfinite(vector[where]).all():
-            doubt()
-
-    return check_sum if len(slots) <= SOME else check_each
+    return is_sum_finite if len(slots) <= SOME else lambda: bool(np.isfinite(vector[where]).all())

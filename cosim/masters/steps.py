@@ -8,7 +8,7 @@ import numpy as np
 from cosim.arrays import FloatArray
 from cosim.errors import CallFailed, StepFailed
 from cosim.masters.given import EndsOf, Given
-from cosim.masters.layout import Group
+from cosim.masters.layout import Group, Outputs
 from cosim.masters.motion import Motion
 from cosim.masters.slopes import Differences
 from cosim.masters.slots import NEWEST, Slots, conversion, finiteness
@@ -21,6 +21,8 @@ from cosim.slaves.slave import Slave
 class Step:
     """The steps of one component over a run: `calls` are all that one takes, in their order, made ready here.
 
+    None of them refers back to the step, so that instances that have flown are let go of at once.
+
     `span`: the step that is being taken. `ends` as in `Given`. `fresh`: inputs that were held between both ends are set
     to those of the end before outputs are read.
     """
@@ -28,7 +30,7 @@ class Step:
     def __init__(
         self, turn: Turn, slave: Slave, slots: Slots, span: Span, ends: EndsOf | None = None, *, fresh: bool = False
     ) -> None:
-        self.turn, self._slave, self._slots, self._span = turn, slave, slots, span
+        self.turn, self._span = turn, span
         inputs, outputs, told = turn.component.inputs, turn.component.outputs, turn.derivatives
         values = np.zeros(len(inputs.links))
         given, motion = Given(turn, slots, span, values, ends), Motion(turn, slots, span, ends)
@@ -45,12 +47,12 @@ class Step:
         if outputs.derivative_references:
             calls.append(slope_reader(slave, outputs, slots))
         if outputs.finite.size:
-            calls.append(finiteness(slots.newest, outputs.finite, self._refuse))
+            calls.append(_checking(turn, slave, slots, span))
         if outputs.differences is not None:
-            calls.append(partial(self._take_differences, outputs.differences))
+            calls.append(partial(_take_differences, outputs.differences, slots, span))
         if outputs.passages:
-            calls.append(self._pass_on)
-        self.calls = calls if outputs.freeze < 0 else [partial(self._unless_frozen, calls)]
+            calls.append(partial(_pass_on, outputs, slots, span))
+        self.calls = calls if outputs.freeze < 0 else [partial(_unless_frozen, calls, outputs, slots, span)]
 
     def take(self, k: int, t: float, h: float) -> None:
         """Step from t to t + h, the component's period in communication step k; `newest` takes what it returns.
@@ -60,28 +62,37 @@ class Step:
         self._span.begin(k, t, h)
         make(self.calls, self._span)
 
-    def _refuse(self) -> None:
-        outputs, span = self.turn.component.outputs, self._span
-        refuse_not_finite(self.turn, self._slave, span.t, span.h, outputs.groups, self._slots.newest)
 
-    def _take_differences(self, differences: Differences) -> None:
-        differences.take(self._slots.point, self._slots.newest, self._span.h)
+def _checking(turn: Turn, slave: Slave, slots: Slots, span: Span) -> Ready:
+    """Return what refuses outputs that are not finite and must be."""
+    outputs, newest = turn.component.outputs, slots.newest
+    are_finite = finiteness(newest, outputs.finite)
 
-    def _pass_on(self) -> None:
-        span = self._span
-        self.turn.component.outputs.pass_on(self._slots.point, self._slots.newest, span.t + span.h)
+    def check() -> None:
+        if not are_finite():
+            refuse_not_finite(turn, slave, span.t, span.h, outputs.groups, newest)
 
-    def _unless_frozen(self, calls: Sequence[Ready]) -> None:
-        """Make the calls of a step, by the component's own clock; one that is frozen has what it had at the point."""
-        slots, outputs, span = self._slots, self.turn.component.outputs, self._span
-        if outputs.frozen(slots.newest):
-            slots.newest[outputs.slots] = slots.point[outputs.slots]
-            self._pass_on()
-            return
-        span.start.value = span.t - outputs.lag(slots.newest)
-        for call in calls:
-            call()
-        span.start.value = span.t
+    return check
+
+
+def _take_differences(differences: Differences, slots: Slots, span: Span) -> None:
+    differences.take(slots.point, slots.newest, span.h)
+
+
+def _pass_on(outputs: Outputs, slots: Slots, span: Span) -> None:
+    outputs.pass_on(slots.point, slots.newest, span.t + span.h)
+
+
+def _unless_frozen(calls: Sequence[Ready], outputs: Outputs, slots: Slots, span: Span) -> None:
+    """Make the calls of a step, by the component's own clock; one that is frozen has what it had at the point."""
+    if outputs.frozen(slots.newest):
+        slots.newest[outputs.slots] = slots.point[outputs.slots]
+        _pass_on(outputs, slots, span)
+        return
+    span.start.value = span.t - outputs.lag(slots.newest)
+    for call in calls:
+        call()
+    span.start.value = span.t
 
 
 def make(calls: Sequence[Ready], span: Span) -> None:
