@@ -1,5 +1,6 @@
 """The kernel's file or its checksum is damaged or gone: the kernel is compiled anew, with a line where it is damage."""
 
+import fmpy
 import pytest
 
 from cosim.masters.kernel import library as kernel
@@ -30,7 +31,7 @@ def test_what_is_damaged_is_compiled_anew(tmp_path, monkeypatch, caplog, what, d
     (path,) = kernel._loaded
     whole = path.read_bytes()
     assert caplog.messages == []
-    kernel._close(kernel._loaded.pop(path))  # as a new process finds it
+    fmpy.freeLibrary(kernel._loaded.pop(path)._handle)  # as a new process finds it
     damage(path if what == "library" else kernel._seal(path))
     kernel.library()
     assert path.read_bytes() == whole
