@@ -18,7 +18,7 @@ from cosim.results.recorder import Recorder
 from cosim.results.schema import schema
 from cosim.slaves.slave import Slave
 from cosim.system import Experiment, System
-from cosim.time import Seconds, exact_seconds
+from cosim.time import Seconds, exact_seconds, written
 from fmus.description.description import ModelDescription
 
 ANEW = "Fly anew, into another folder or with --force (overwrite=True)."
@@ -92,7 +92,7 @@ class Checkpoints(Keeping):
 
     def told(self) -> Mapping[str, Any]:
         """Return how often, what it takes to go on, and where it went on from."""
-        info: dict[str, Any] = {"checkpoint": f"every {self.every} s", "flight": self.flight}
+        info: dict[str, Any] = {"checkpoint": f"every {written(self.every)}", "flight": self.flight}
         return info if self.before is None else {**info, "resumed_at": self.before.time}
 
     def point(self, point: Point, slaves: Mapping[str, Slave], course: Course) -> Point:

@@ -24,6 +24,9 @@ if TYPE_CHECKING:  # a message must not wait for what flies and draws
 LONG = 100
 """Characters of a value that are printed."""
 
+MOST = 3
+"""Values of an event that are printed; of an array each element is one."""
+
 WIDTH = 120
 """Characters of a table that goes to a file."""
 
@@ -103,7 +106,7 @@ def write_summary(result: "Result") -> None:
     _out.print(f"{info['status']}: {end}, {wall['loop']:.2f} s in the loop, {len(result)} rows recorded", markup=False)
     if info.get("event"):
         write(event(info["event"]))
-    for line in faults(info):
+    for line in happened(info):
         write(line)
     if info["last_step"] < info["communication_step_size"]:
         span = info["stop_time"] - info["start_time"]
@@ -122,9 +125,14 @@ def write_summary(result: "Result") -> None:
     write_table((), [(name, figures(value)) for name, value in metrics.items()])
 
 
-def faults(info: Mapping[str, Any]) -> Sequence[str]:
-    """Return a line for each fault of a run."""
-    return [f"fault: {fault['words']}" for fault in info.get("faults", ())]
+def happened(info: Mapping[str, Any]) -> Sequence[str]:
+    """Return a line for each event and each fault of a run."""
+    lines: list[str] = []
+    for change in info.get("events", ()):
+        values = [f"{name} = {v['value']} {v['unit'] or ''}".rstrip() for name, v in change["values"].items()]
+        more = f" and {len(values) - MOST} more" if len(values) > MOST else ""
+        lines.append(f"event: at {change['time']:.12g} s {', '.join(values[:MOST])}{more}")
+    return [*lines, *(f"fault: {fault['words']}" for fault in info.get("faults", ()))]
 
 
 def event(happened: Mapping[str, Any]) -> str:

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from cosim.results.checkpoint import Checkpoint, CheckpointRefused
 from cosim.results.folder import holds_result
 from cosim.results.names import CHECKPOINT, FORMATS, INFO, STREAM
 from cosim.results.result import Result
+from cosim.time import written
 
 
 def is_result(folder: Path) -> bool:
@@ -42,7 +44,7 @@ def _ending(info: Mapping[str, Any]) -> Sequence[str]:
         lines.append(str(info["why"]))
     if info.get("event"):
         lines.append(console.event(info["event"]))
-    lines += console.faults(info)
+    lines += console.happened(info)
     times = f"{info['start_time']:g} to {info['stop_time']:g} s in steps of {info['communication_step_size']:g} s"
     loop = f", loop {info['loop']['name']}" if info.get("loop") else ""
     return [*lines, f"asked for: {times}, master {info['master']['name']}{loop}"]
@@ -70,7 +72,7 @@ def _checkpoint(folder: Path) -> Sequence[str]:
     except CheckpointRefused as error:
         return [f"no checkpoint: {error}"]
     of = f"checkpoint of {found.time:.12g} s with {found.rows} rows, saved {found.written[:19].replace('T', ' ')} UTC"
-    return [f"{of}, then every {found.every} s; go on from it: adcs run --resume {near(folder)}"]
+    return [f"{of}, then every {written(Fraction(found.every))}; go on from it: adcs run --resume {near(folder)}"]
 
 
 def _process(info: Mapping[str, Any]) -> Sequence[str]:

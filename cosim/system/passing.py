@@ -155,8 +155,9 @@ def _numbers(fault: Fault, n: int) -> tuple[list[Any], str | None]:
     given = fault.value if isinstance(fault.value, Value) else Value(fault.value)
     values = given.value if isinstance(given.value, list) else [given.value] * n
     if len(values) != n:
-        size = f"{n} element{'s' if n != 1 else ''}"
-        raise FaultError(str(fault), f"its {quantity} has {len(values)} numbers, what it is on has {size}")
+        size, advice = (f"{n} elements", f"Give it one, or {n}.") if n != 1 else ("1 element", "Give it one.")
+        problem = f"its {quantity} has {len(values)} numbers, what it is on has {size}"
+        raise FaultError(str(fault), problem, advice)
     return values, given.unit
 
 

@@ -24,13 +24,18 @@ def run(adcs, folder):
     return lambda *arguments: adcs("run", "own.py", "--out", "out", *arguments)
 
 
-def test_several_in_either_writing(run, folder):
+def test_several_in_either_writing(run, adcs, folder):
     done = run("--at", "50ms", "mass.k=9", "--at", "0.1 damper.c=2 1/s", "--at", "1/9", "mass.k=1 1/s2")
     assert done.status == 0, done.err
     result = Result.read(folder / "out")
     assert [event["time"] for event in result.info["events"]] == [0.05, 0.1, 1 / 9]
     assert result.info["events"][1]["values"] == {"damper.c": {"value": 2.0, "unit": "1/s"}}
     at = result.time == 0.05
+    for text in (done.out, adcs("show", "out").out):
+        assert (
+            "event: at 0.05 s mass.k = 9.0 1/s2\nevent: at 0.1 s damper.c = 2.0 1/s\nevent: at 0.111111111111 s mass"
+            in text
+        )
     assert_allclose(result["mass.a"][at], result["mass.f"][at] - 9 * result["mass.x"][at], rtol=1e-14)
     assert 1 / 9 in result.time
 

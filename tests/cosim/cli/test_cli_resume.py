@@ -51,7 +51,7 @@ def test_a_run_into_its_folder_says_how_to_go_on(adcs, left):
 def test_shown(adcs, left):
     text = adcs("show", "first").out
     assert re.search(
-        r"^checkpoint of 0\.02 s with 3 rows, saved \d{4}-\d\d-\d\d \d\d:\d\d:\d\d UTC, then every 1/50 s; "
+        r"^checkpoint of 0\.02 s with 3 rows, saved \d{4}-\d\d-\d\d \d\d:\d\d:\d\d UTC, then every 0\.02 s; "
         r"go on from it: adcs run --resume first$",
         text,
         re.MULTILINE,

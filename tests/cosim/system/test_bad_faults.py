@@ -8,6 +8,8 @@ import pytest
 from cosim import At, Connection, ErrorControlled, Experiment, Fault, Iterated, Signal, System, prepare
 from cosim.errors import NotSupported, TimeError, UnknownName, WiringErrors
 
+from .. import c_fmu, tiny_fmu
+from ..c_fmu import real
 from ..oscillator import Damper, Mass
 
 V = "mass.v -> damper.v"
@@ -52,7 +54,7 @@ def refused(prepared, *faults, kind=WiringErrors, **more):
         (("scale", V, "2 m/s"), "its factor has the unit m/s. It is a number without unit."),
         (("scale", V, float("nan")), "its factor nan is no finite number"),
         (("bias", V, "0.1 deg"), "damper.v: it has unit m/s, the value has unit deg, which cannot be converted."),
-        (("bias", V, [1.0, 2.0]), "its value has 2 numbers, what it is on has 1 element"),
+        (("bias", V, [1.0, 2.0]), "its value has 2 numbers, what it is on has 1 element. Give it one."),
         (("bias", V, "much"), "its value 'much' is no finite number"),
         (("stuck", V, "0.1 deg"), "it has unit m/s, the value has unit deg, which cannot be converted."),
         (("stuck", V, True), "it is Real, the value True is bool"),
@@ -131,6 +133,20 @@ def test_an_event_on_a_parameter_with_a_fault(prepared):
     fault = Fault("parameter", "damper.c", 1.0, start=0.5, until=1.5)
     message = refused(prepared, fault, events=[At(1.0, {"damper.c": 2.0})])
     assert "an event sets damper.c at 1 s, while it is there. Leave out one of them." in message
+
+
+def test_a_parameter_that_must_come_back_and_has_no_start_value(tmp_path):
+    made = c_fmu.build(tmp_path, "Line", [real("k", "tunable", start=2.0), real("y")], outputs="y = k;")
+    bare = tiny_fmu.changed(made, tmp_path / "bare.fmu", xml=lambda text: text.replace(' start="2.0"', ""))
+    fault = Fault("parameter", "a.k", 3.0, start=0.5, until=1.0)
+    with prepare(System(name="s", components={"a": str(bare)})) as ready:
+        assert (
+            "fault parameter of a.k from 0.5 s: what a.k was before is not known (its FMU gives no start value). Leave "
+            "out its end, and set it by an event."
+        ) in refused(ready, fault)
+        refused(ready, fault, events=[At(0.7, {"a.k": 2.0})])
+        setup = Experiment(stop_time=2.0, communication_step_size=0.5, events=[At(0.0, {"a.k": 2.0})], faults=[fault])
+        assert ready.fly(setup)["a.y"].tolist() == [2.0, 3.0, 2.0, 2.0, 2.0]
 
 
 def test_all_mistakes_are_told_together(prepared):
