@@ -24,6 +24,7 @@ static int refuse_in(Run *r, const Wave *w)
     }
 }
 
+/* The status of one call of a wave. */
 static int made(Run *r, int phase, const Call *c, double t, double h)
 {
     r->calling = c->calling;
@@ -91,7 +92,8 @@ static inline int go_together(Run *r, const Wave *w, double t, double h)
 
 /* Take steps from r->done, at *t, towards communication point `end`, at least one, to the first point at which something
  * has to be looked at. The first step of a call of the kernel and the last one of the run go by themselves: only behind
- * the first are the inputs those that the reading before has set, only the last may be shorter. */
+ * the first are the inputs those that the reading before has set, only the last may be shorter; and so does each step of
+ * a run that a flag may end. */
 static int steps_in_waves(Run *r, integer end, double *t)
 {
     const Wave *const first = r->wave, *const last = first + r->waves;
