@@ -15,6 +15,7 @@ from cosim.masters.iterated import Iterated
 from cosim.masters.slots import Slots
 from cosim.masters.steps import Step
 from cosim.slaves.fmi2 import FmuSlave
+from cosim.slaves.ready import Span
 from cosim.system.expand import wire
 from cosim.time import Schedule
 from fmus.export.build import build
@@ -90,7 +91,8 @@ def test_the_jacobian_from_directional_derivatives_is_that_of_the_steps(fmus):
     (loop,) = course.plan.loops
     slots, stepped = Slots(course.layout), False
     slots.put(replace(point, newest=point.values.copy()))
-    steps = [Step(turn, slaves[turn.component.name], slots, fresh=True) for turn in course.plan.turns.all]
+    span, turns = Span(), course.plan.turns.all
+    steps = [Step(turn, slaves[turn.component.name], slots, span, fresh=True) for turn in turns]
     with Saved(list(slaves.values())) as saved:
 
         def evaluate(x):
