@@ -28,6 +28,7 @@ static const double FLAG = 0.5;   /* columns.FLAG */
 static const double QUICK = 1e-4; /* s: of steps that take less the clock is read after twice as many, ... */
 enum { BETWEEN_LOOKS = 64 };      /* ... up to so many */
 
+#include "values.h"
 #include "pass.h"
 
 /* ---- a step ----------------------------------------------------------------------------------------------------- */
@@ -138,7 +139,6 @@ static int step(Run *r, integer k, double t, double h)
     return 0;
 }
 
-#include "values.h"
 #include "waves.h"
 #include "iterated.h"
 #include "signals.h"
