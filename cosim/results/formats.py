@@ -137,7 +137,7 @@ def _chunks(stream: Path) -> Iterator[pa.Table]:
 
 
 def _write_parquet(stream: Path, target: Path) -> pa.Table:
-    # numbers as they are: split by bytes they would take a quarter less room, but not every MATLAB could read them
+    # numbers as they are: split by bytes they take a quarter less room, but older readers do not know that
     how: Any = {"compression": "zstd", "use_dictionary": False}
     return _write_chunks(stream, lambda schema: pq.ParquetWriter(target, schema, **how))
 

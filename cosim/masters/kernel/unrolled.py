@@ -17,13 +17,16 @@ from fmus.errors import BuildError
 from fmus.toolchain import compile_library
 
 SAVED = 1.6e-9
-"""Seconds of CPU that a call takes less; this and the following as measured by tests/benchmarks/kernel_step.py."""
+"""Seconds of CPU that a call of few FMUs takes less; this and the rest as tests/benchmarks/unrolled.py measures."""
+
+MOST = 200
+"""Calls of a step: more save nothing, they would not stay in the processor's cache of instructions."""
 
 COMPILER, COMPILED = 0.06, 1.5e-3
 """Seconds of CPU that a compiler takes, and for each call of a step."""
 
 LONG = 100_000
-"""Steps of a run that asks for it at all: to write the source takes a hundred times what a step does."""
+"""Steps of a run that asks for it at all: they save 160 us a call, and to write the source takes up to 11 of them."""
 
 FEW = 16
 """As in values.h."""
@@ -65,11 +68,11 @@ def function(waves: Sequence[Sequence[Straight]], steps: int, point: int, newest
 
     `point` and `newest`: the addresses of its slots, of which `owned` are outputs.
     """
-    if not waves or steps < LONG:
+    calls = sum(bool(each.wires) + bool(each.its.step) + bool(each.its.outputs) for wave in waves for each in wave)
+    if steps < LONG or not 0 < calls <= MOST:
         return 0
     text = source(waves, point, newest, owned)
     name = f"waves-{hashlib.sha256(f'{library.key()}{text}'.encode()).hexdigest()[:16]}"
-    calls = sum(bool(each.wires) + bool(each.its.step) + bool(each.its.outputs) for wave in waves for each in wave)
     if SAVED * calls * steps < COMPILER + COMPILED * calls and not library.is_kept(name):
         return 0
     try:
@@ -147,5 +150,5 @@ def _compile(source: str, path: Path) -> None:
 
 
 def _declared(found: ctypes.CDLL) -> ctypes.CDLL:
-    found.steps  # noqa: B018 - AttributeError: it is another library
+    found.steps.restype = ctypes.c_int  # AttributeError: it is another library
     return found

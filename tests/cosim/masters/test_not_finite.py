@@ -31,10 +31,13 @@ def test_it_ends_the_run_where_it_is_passed_on(fmus):
     assert "other.z became inf in the step from communication point 0.4 s" in str(error)
 
 
-def test_it_ends_the_run_in_an_fmu_of_ours(tmp_path):
-    ours = c_fmu.build(tmp_path, "Ours", [real("y"), real("z")], outputs=LOST, refresh=True)
-    error = both.failure(StepFailed, both.of({"ours": ours}, []))
-    assert "ours.y became nan in the step from communication point 0.2 s" in str(error)
+@pytest.mark.parametrize("last", [0.0, 0.2, 0.9])
+def test_it_ends_the_run_in_an_fmu_of_ours(tmp_path, last):
+    """In the first step, in one of many, in the last one of the run: each goes its own way in the kernel."""
+    lost = f"y = m->now > {last} + 0.05 ? NAN : 1;"
+    ours = c_fmu.build(tmp_path, "Ours", [real("y")], outputs=lost, refresh=True)
+    error = both.failure(StepFailed, both.of({"ours": ours}, []), every=10)
+    assert f"ours.y became nan in the step from communication point {last:g} s" in str(error)
 
 
 def test_at_the_start(tmp_path):

@@ -118,6 +118,10 @@ def test_a_run_that_saves_more_than_a_compiler_takes_is_unrolled_and_others_then
     assert "waves" not in "".join(asked)
     fly(49)
     assert "waves" in "".join(asked) and len(made) == 1
+    asked.clear()
+    monkeypatch.setattr(unrolled, "MOST", 8)
+    fly(48)  # another plan: that of the flight before is kept
+    assert "waves" not in "".join(asked)
 
 
 def test_a_run_flies_without_what_cannot_be_compiled(fragile, monkeypatch):
