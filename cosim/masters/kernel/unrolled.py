@@ -20,7 +20,7 @@ SAVED = 1.6e-9
 """Seconds of CPU that a call of few FMUs takes less; this and the rest as tests/benchmarks/unrolled.py measures."""
 
 MOST = 200
-"""Calls of a step: more save nothing, they would not stay in the processor's cache of instructions."""
+"""Calls of a step: more save little, for they do not stay in the processor's cache, and take seconds to compile."""
 
 COMPILER, COMPILED = 0.06, 1.5e-3
 """Seconds of CPU that a compiler takes, and for each call of a step."""
